@@ -1,0 +1,98 @@
+# Every target sets up what it needs in .venv, once; `make` alone lists them.
+
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DEFAULT_GOAL := help
+.PHONY: help land test test-all check docs bench lock format clean FORCE
+
+UV_VERSION := 0.13.9
+PYTHON ?= python3.13 python3.12 python3.11 python3
+ARGS ?=
+UPGRADE ?= --upgrade
+
+BIN := .venv/bin
+READY := .venv/.ready
+BENCH_READY := .venv-bench/.ready
+
+help: ## list the targets
+	@echo "Touchdown: a deep Q-learning laboratory for the lunar lander."
+	@echo
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-9s %s\n", $$1, $$2}' Makefile
+	@echo
+	@echo "ARGS='...' goes to the command of land, test, test-all and bench: make test ARGS='-k ring'"
+	@echo "PYTHON=... names the Python of a new .venv: make land PYTHON=/path/to/python3.13"
+
+land: $(READY) ## train a pilot that lands, test it and draw its flights
+	@$(BIN)/touchdown train pilot $(ARGS)
+
+test: $(READY) ## run the tests, all but the slow ones
+	@$(BIN)/pytest -n auto --maxprocesses 8 $(ARGS)
+
+test-all: $(READY) ## run all tests, those that take minutes too
+	@$(BIN)/pytest -n auto --maxprocesses 8 -m '' $(ARGS)
+
+check: $(READY) ## lint, format, types, layers and docs, changing nothing
+	@$(BIN)/ruff check
+	@$(BIN)/ruff format --check
+	@$(BIN)/basedpyright --pythonpath $(BIN)/python
+	@$(BIN)/lint-imports --no-logo
+	@$(BIN)/uv pip check --quiet --python $(BIN)/python
+	@$(MAKE) --no-print-directory docs
+
+docs: $(READY) ## build the documentation into site/
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	@echo "docs: site/index.html"
+
+bench: $(BENCH_READY) ## compare training speed with its peers, side by side
+	@.venv-bench/bin/python benchmarks/training_speed.py $(ARGS)
+
+lock: $(READY) ## pin the newest packages that fit (UPGRADE= keeps the pins that still fit)
+	@$(BIN)/uv pip compile --quiet --universal --fork-strategy fewest --python-version 3.11 \
+		--extra dev --generate-hashes --no-header $(UPGRADE) -o requirements.lock pyproject.toml
+
+format: $(READY) ## format the code and mend what the linter can
+	@$(BIN)/ruff format --quiet
+	@$(BIN)/ruff check --fix
+
+clean: ## remove all that make has made; runs/ stays
+	@rm -rf .venv .venv-bench site dist .import_linter_cache .pytest_cache .ruff_cache .hypothesis
+	@find src tests benchmarks -name __pycache__ -prune -exec rm -rf {} +
+
+# --- set-up ---
+
+# An environment's .ready is written last and names the folder that it was made in: one that was
+# left half-made, has lost its Python or was moved is not ready, and is made again from nothing.
+ready = $(findstring <$(CURDIR)>,$(shell test -x $1/bin/python && cat $1/.ready 2>/dev/null))
+ifeq ($(call ready,.venv),)
+$(READY): FORCE
+endif
+ifeq ($(call ready,.venv-bench),)
+$(BENCH_READY): FORCE
+endif
+
+fits := import ensurepip, sys, venv; sys.exit(not (3, 11) <= sys.version_info < (3, 14))
+python = $(shell for p in $(PYTHON); do "$$p" -c '$(fits)' 2>/dev/null && echo "$$p" && break; done)
+seen = $(shell for p in $(PYTHON); do "$$p" --version 2>/dev/null && break; done)
+no_python = Touchdown needs Python 3.11, 3.12 or 3.13 with its venv module (box2d has no wheel for \
+3.14), found $(or $(seen),no Python): install one, such as python3.13 and python3.13-venv, or name \
+one, make PYTHON=/path/to/python3.13
+
+# $(call set-up,FOLDER): the locked packages and this project, editable
+define set-up
+$(if $(call ready,$1),,$(if $(python),,$(error $(no_python))))
+@echo "$(if $(call ready,$1),bringing $1 up to date,setting up $1 (a minute or two, once))"
+@$(if $(call ready,$1),rm -f $1/.ready,rm -rf $1 && $(python) -m venv $1)
+@$1/bin/python -m pip install -qq --disable-pip-version-check uv==$(UV_VERSION)
+@$1/bin/uv pip sync --quiet --python $1/bin/python --require-hashes requirements.lock
+@$1/bin/uv pip install --quiet --python $1/bin/python --no-deps --no-build-isolation --editable .
+endef
+
+$(READY): requirements.lock pyproject.toml
+	$(call set-up,.venv)
+	@echo '<$(CURDIR)>' > $@
+
+# pip rather than uv: it takes a build of torch for the CPU where the machine offers one
+$(BENCH_READY): requirements.lock pyproject.toml benchmarks/requirements.txt
+	$(call set-up,.venv-bench)
+	@.venv-bench/bin/pip install -qq --disable-pip-version-check -r benchmarks/requirements.txt
+	@echo '<$(CURDIR)>' > $@

@@ -1,0 +1,115 @@
+"""Training steps a second: one update an observation, against Stable-Baselines3's DQN.
+
+Both sides have the same world, network [100, 100, 100], batch 64, memory, target period, ε and
+optimiser, one thread and one core, and take turns in one process, so that a machine that slows down
+slows both. Run it with `make bench`.
+"""
+
+import argparse
+import os
+import platform
+import statistics
+import time
+from collections.abc import Callable
+from itertools import islice
+
+import gymnasium
+import stable_baselines3
+import torch
+from stable_baselines3 import DQN
+
+from touchdown import device, presets
+from touchdown.agents.dqn import DQNAgent, Spaces
+from touchdown.config import Config, ExplorationConfig, LearningConfig, ReplayConfig
+from touchdown.lander import env as lander
+from touchdown.runs.folder import cpu_name
+from touchdown.runs.loop import interact
+from touchdown.seeding import streams, training_start
+
+EPSILON = 0.1
+
+
+def same_numbers(seed: int) -> Config:
+    """The settings that both sides use."""
+    return Config(
+        seed=seed,
+        network=presets.preset("target-dqn").network,
+        replay=ReplayConfig(capacity=100_000, min_size=1_000),
+        exploration=ExplorationConfig(schedule="constant", epsilon_start=EPSILON),
+        learning=LearningConfig(batch_size=64, learning_rate=5e-4, target_period=800),
+    )
+
+
+def ours(config: Config) -> Callable[[int], object]:
+    """A function that trains for so many more steps."""
+    world = lander.make(config.env_id)
+    spaces = Spaces(world.observation_size, world.num_actions)
+    agent = DQNAgent(config, spaces, streams(config.seed))
+    steps = interact(agent, world.env, lambda episode: training_start(config.seed, episode))
+
+    def train(count: int) -> None:
+        for _ in islice(steps, count):
+            pass
+
+    return train
+
+
+def theirs(config: Config) -> Callable[[int], object]:
+    """The same for Stable-Baselines3."""
+    learning = config.learning
+    model = DQN(
+        "MlpPolicy",
+        gymnasium.make(config.env_id),
+        learning_rate=learning.learning_rate,
+        buffer_size=config.replay.capacity,
+        learning_starts=config.replay.min_size,
+        batch_size=learning.batch_size,
+        gamma=learning.gamma,
+        train_freq=1,
+        gradient_steps=1,
+        target_update_interval=learning.target_period,
+        exploration_initial_eps=EPSILON,
+        exploration_final_eps=EPSILON,
+        policy_kwargs={"net_arch": list(config.network.hidden_sizes)},
+        seed=config.seed,
+        device="cpu",
+    )
+    return lambda count: model.learn(count, reset_num_timesteps=False)
+
+
+def main() -> None:
+    """Take turns and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rounds", type=int, default=7)
+    parser.add_argument("--steps", type=int, default=3_000, help="observations a round")
+    parser.add_argument("--seed", type=int, default=0)
+    args = parser.parse_args()
+    os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+    torch.set_num_threads(1)
+    device.use("cpu")
+    config = same_numbers(args.seed)
+    sides = {"touchdown": ours(config), "stable-baselines3": theirs(config)}
+    for train in sides.values():
+        train(2 * config.replay.min_size)  # past the compilation and the filling of the memory
+    rates: dict[str, list[float]] = {name: [] for name in sides}
+    for _ in range(args.rounds):
+        for name, train in sides.items():
+            began = time.perf_counter()
+            train(args.steps)
+            rates[name].append(args.steps / (time.perf_counter() - began))
+    ratios = [a / b for a, b in zip(*rates.values(), strict=True)]
+    print(
+        f"{cpu_name()}, one core; Python {platform.python_version()}, torch {torch.__version__}, "
+        f"stable-baselines3 {stable_baselines3.__version__}; seed {args.seed}, "
+        f"{args.rounds} rounds of {args.steps} steps"
+    )
+    print(f"{'':20}{'median steps/s':>16}{'lowest':>10}{'highest':>10}")
+    for name, values in rates.items():
+        print(f"{name:20}{statistics.median(values):16,.0f}{min(values):10,.0f}{max(values):10,.0f}")
+    print(
+        f"{'ratio':20}{statistics.median(ratios):16.1f}{min(ratios):10.1f}{max(ratios):10.1f}"
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,54 @@
+"""Touchdown: a deep Q-learning laboratory for the lunar lander.
+
+The functions here do what the verbs of the command line do. They load what they need when they are
+first used, so that importing the package is quick.
+"""
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from touchdown.config import Config
+    from touchdown.errors import UserError
+    from touchdown.presets import PRESETS, preset
+    from touchdown.runs.train import Interrupted
+    from touchdown.verbs import Run, evaluate, fly, resume, runs, show, train, tune_pid
+
+_HOMES = {
+    "Config": "config",
+    "Interrupted": "runs.train",
+    "PRESETS": "presets",
+    "Run": "verbs",
+    "UserError": "errors",
+    "evaluate": "verbs",
+    "fly": "verbs",
+    "preset": "presets",
+    "resume": "verbs",
+    "runs": "verbs",
+    "show": "verbs",
+    "train": "verbs",
+    "tune_pid": "verbs",
+}
+
+__version__ = "0.1.0"
+__all__ = [
+    "PRESETS",
+    "Config",
+    "Interrupted",
+    "Run",
+    "UserError",
+    "evaluate",
+    "fly",
+    "preset",
+    "resume",
+    "runs",
+    "show",
+    "train",
+    "tune_pid",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'touchdown' has no attribute {name!r}")
+    return getattr(importlib.import_module(f"touchdown.{_HOMES[name]}"), name)

@@ -1,0 +1,5 @@
+"""`python -m touchdown` is the command line."""
+
+from touchdown.cli import main
+
+main()

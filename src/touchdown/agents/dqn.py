@@ -1,0 +1,162 @@
+"""Deep Q-learning put together from parts: act, remember, update after every observation."""
+
+from typing import Any, NamedTuple, cast
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from touchdown.agents import exploration
+from touchdown.agents.learner import (
+    Batch,
+    LearnerState,
+    Metrics,
+    copy_target,
+    init_learner,
+    make_update,
+)
+from touchdown.agents.networks import QNetwork
+from touchdown.config import Config
+from touchdown.memory.replay import Replay
+from touchdown.seeding import Streams
+from touchdown.types import FloatArray, IntArray
+
+_ROWS = 32  # observations in one call of a greedy pilot
+
+
+class Spaces(NamedTuple):
+    """The sizes that a world gives an agent."""
+
+    observation_size: int
+    num_actions: int
+
+
+def make_network(config: Config, spaces: Spaces) -> QNetwork:
+    """The Q-network that the config describes for a world."""
+    return QNetwork(
+        spaces.observation_size,
+        spaces.num_actions,
+        config.network.hidden_sizes,
+        config.network.activation,
+    )
+
+
+class GreedyPilot:
+    """Flies a trained network without exploring.
+
+    Args:
+        network: the shape.
+        params: its flat parameters, [P].
+    """
+
+    def __init__(self, network: QNetwork, params: FloatArray) -> None:
+        self._params = jnp.asarray(params)
+        self._values = network.values
+
+    def act(self, observations: FloatArray) -> IntArray:
+        """The best action of each observation: [N, D] to [N].
+
+        Calls always have the same shape: one compilation serves all, and an action does not depend
+        on how many observations came along (another shape may round another way).
+        """
+        actions: list[IntArray] = []
+        for first in range(0, len(observations), _ROWS):
+            rows = observations[first : first + _ROWS]
+            padded = np.zeros((_ROWS, rows.shape[1]), np.float32)
+            padded[: len(rows)] = rows
+            actions.append(np.asarray(self._values(self._params, padded))[: len(rows)].argmax(1))
+        return np.concatenate(actions)
+
+
+class DQNAgent:
+    """Algorithm 2 with the paper's target network and preferential memory, each by its own field.
+
+    Args:
+        config: all settings.
+        spaces: the world's sizes.
+        streams: the run's generators.
+    """
+
+    def __init__(self, config: Config, spaces: Spaces, streams: Streams) -> None:
+        self._config = config
+        self._spaces = spaces
+        self._streams = streams
+        self.network = make_network(config, spaces)
+        self.state = init_learner(self.network, config.learning, config.seed)
+        self.memory = Replay(
+            config.replay.capacity,
+            spaces.observation_size,
+            config.replay.resaves,
+            config.replay.resave_threshold,
+        )
+        self.observations = 0  # environment steps observed so far
+        self.epsilon = 1.0
+        self._epsilon_of = exploration.make_schedule(config.exploration)
+        self._next_q: jax.Array | None = None  # Q(s,·) for the coming action, if known already
+        self._values = self.network.values
+        self._update = self._compile_update()
+
+    def _compile_update(self) -> Any:
+        update = make_update(self.network, self._config.learning)
+
+        def update_and_look(
+            state: LearnerState, batch: Batch, observation: jax.Array
+        ) -> tuple[LearnerState, Metrics, jax.Array]:
+            # the values for the next action come from the same call: a second one would cost
+            # as much again as the arithmetic of a small network
+            state, metrics = update(state, batch)
+            return state, metrics, self.network.apply(state.online_params, observation[None])[0]
+
+        return jax.jit(update_and_look, donate_argnums=0)
+
+    def begin_episode(self, episode: int) -> None:
+        """Set ε for an episode whose schedule counts episodes, and forget the last one's values."""
+        self._next_q = None
+        self.epsilon = self._epsilon_of(episode, self.observations)
+
+    def act(self, observation: FloatArray) -> int:
+        """An ε-greedy action (Algorithm 2, line 4)."""
+        if exploration.explores(self.epsilon, self._streams.exploration):
+            return int(self._streams.exploration.integers(self._spaces.num_actions))
+        q = self._next_q
+        if q is None:
+            q = cast(jax.Array, self._values(self.state.online_params, observation[None])[0])
+        return int(np.asarray(q).argmax())
+
+    def observe(
+        self,
+        o_tm1: FloatArray,
+        a_tm1: int,
+        r_t: float,
+        o_t: FloatArray,
+        *,
+        terminated: bool,
+    ) -> Metrics | None:
+        """Remember one transition and learn from a minibatch (Algorithm 2, lines 6-12).
+
+        Returns:
+            The update's metrics, or None while the memory is filling or between updates.
+        """
+        config = self._config
+        discount = 0.0 if terminated else config.learning.gamma  # truncation still bootstraps
+        self.memory.add(o_tm1, a_tm1, r_t, discount, o_t, terminated=terminated)
+        self.observations += 1
+        self._next_q = None
+        metrics = None
+        if (
+            len(self.memory) >= config.replay.min_size
+            and self.observations % config.learning.update_period == 0
+        ):
+            batch = self.memory.sample(config.learning.batch_size, self._streams.replay)
+            words = batch.view(np.float32).reshape(len(batch), -1)
+            self.state, metrics, self._next_q = self._update(self.state, words, o_t)
+        period = config.learning.target_period
+        if period and self.observations % period == 0:
+            self.state = copy_target(self.state)
+        if config.exploration.schedule == "linear":
+            self.epsilon = self._epsilon_of(0, self.observations)
+        return metrics
+
+    def pilot(self) -> GreedyPilot:
+        """What has been learnt so far, as a pilot that goes on unchanged while learning goes on."""
+        return GreedyPilot(self.network, np.array(self.state.online_params))

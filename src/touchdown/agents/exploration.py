@@ -1,0 +1,52 @@
+"""ε-greedy action selection and how ε changes over time (section 2, Eq. 3)."""
+
+from collections.abc import Callable
+
+from numpy.random import Generator
+
+from touchdown.config import ExplorationConfig
+
+Schedule = Callable[[int], float]
+"""ε as a function of time: of observations or of episodes, as each schedule says."""
+
+
+def constant(value: float) -> Schedule:
+    """Always `value`."""
+    return lambda _: value
+
+
+def linear(start: float, end: float, duration: int) -> Schedule:
+    """From `start` to `end` in a straight line over `duration`, `end` ever after."""
+
+    def schedule(time: int) -> float:
+        return end + (start - end) * max(0.0, 1.0 - time / duration)
+
+    return schedule
+
+
+def exponential(start: float, end: float, factor: float) -> Schedule:
+    """`start · factor^time`, never below `end` (the paper's, counted in episodes)."""
+
+    def schedule(time: int) -> float:
+        return max(end, start * factor**time)
+
+    return schedule
+
+
+def explores(epsilon: float, rng: Generator) -> bool:
+    """Whether this action is a random one (Eq. 3). Draws one number, whatever ε is."""
+    return bool(rng.random() < epsilon)
+
+
+def make_schedule(config: ExplorationConfig) -> Callable[[int, int], float]:
+    """The configured ε as a function of (episode, observations so far)."""
+    match config.schedule:
+        case "constant":
+            schedule = constant(config.epsilon_start)
+            return lambda _episode, _observations: schedule(0)
+        case "linear":
+            schedule = linear(config.epsilon_start, config.epsilon_end, config.epsilon_duration)
+            return lambda _episode, observations: schedule(observations)
+        case "exponential":
+            schedule = exponential(config.epsilon_start, config.epsilon_end, config.epsilon_decay)
+            return lambda episode, _observations: schedule(episode)

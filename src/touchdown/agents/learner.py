@@ -1,0 +1,103 @@
+"""The learner's state as a value, and the update that makes a new one (Algorithm 2, lines 7-12)."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import optax
+from jaxtyping import Float
+
+from touchdown.agents import td
+from touchdown.agents.networks import QNetwork
+from touchdown.config import LearningConfig
+from touchdown.types import Params, Transition, unpack_transitions
+
+
+class LearnerState(NamedTuple):
+    """Everything that an update reads and writes."""
+
+    online_params: Params
+    target_params: Params | None  # None: no target network, the online one bootstraps
+    opt_state: optax.OptState
+    num_updates: jax.Array
+
+
+class Metrics(NamedTuple):
+    """What one update saw. Q values and the loss are in units of the scaled reward."""
+
+    loss: jax.Array
+    mean_q: jax.Array
+    max_q: jax.Array
+    gradient_norm: jax.Array
+
+
+Batch = Float[jax.Array, "B W"]
+Update = Callable[[LearnerState, Batch], tuple[LearnerState, Metrics]]
+
+
+def make_optimizer(config: LearningConfig) -> optax.GradientTransformation:
+    """The optimiser named by the config, behind a clip of the gradient's norm where one is set."""
+    if config.learning_rate_duration:
+        rate = optax.linear_schedule(
+            config.learning_rate, config.learning_rate_end, config.learning_rate_duration
+        )
+    else:
+        rate = config.learning_rate
+    optimizer = getattr(optax, config.optimizer)(rate)
+    if config.max_grad_norm:
+        return optax.chain(optax.clip_by_global_norm(config.max_grad_norm), optimizer)
+    return optimizer
+
+
+def init_learner(network: QNetwork, config: LearningConfig, seed: int) -> LearnerState:
+    """A fresh learner; the target network starts as a copy of the online one."""
+    online = network.init(jax.random.key(seed))
+    return LearnerState(
+        online_params=online,
+        target_params=jnp.array(online, copy=True) if config.target_period else None,
+        opt_state=make_optimizer(config).init(online),
+        num_updates=jnp.zeros((), jnp.int32),
+    )
+
+
+def copy_target(state: LearnerState) -> LearnerState:
+    """Θ′ ← Θ (Eq. 5)."""
+    return state._replace(target_params=jnp.array(state.online_params, copy=True))
+
+
+def loss_of(td_error: Float[jax.Array, " B"], kind: str) -> Float[jax.Array, ""]:
+    """Mean over the batch of δ² (`mse`), or of Huber's loss with its knee at 1 (`huber`)."""
+    if kind == "mse":
+        return jnp.mean(jnp.square(td_error))
+    return jnp.mean(optax.huber_loss(td_error))
+
+
+def make_update(network: QNetwork, config: LearningConfig) -> Update:
+    """A pure update of one minibatch, to be compiled by the caller."""
+    optimizer = make_optimizer(config)
+
+    def loss_and_q(
+        online: Params, bootstrap: Params, batch: Transition
+    ) -> tuple[jax.Array, jax.Array]:
+        q_tm1 = network.apply(online, batch.o_tm1)
+        q_t = jax.lax.stop_gradient(network.apply(bootstrap, batch.o_t))
+        r_t = batch.r_t * config.reward_scale
+        td_error = td.q_error(q_tm1, batch.a_tm1, r_t, batch.discount_t, q_t)
+        return loss_of(td_error, config.loss), q_tm1
+
+    def update(state: LearnerState, words: Batch) -> tuple[LearnerState, Metrics]:
+        batch = unpack_transitions(words, network.observation_size)
+        online = state.online_params
+        bootstrap = online if state.target_params is None else state.target_params
+        gradient_of = jax.value_and_grad(loss_and_q, has_aux=True)
+        (loss, q_tm1), gradient = gradient_of(online, bootstrap, batch)
+        step, opt_state = optimizer.update(gradient, state.opt_state, online)
+        new_state = state._replace(
+            online_params=optax.apply_updates(online, step),
+            opt_state=opt_state,
+            num_updates=state.num_updates + 1,
+        )
+        return new_state, Metrics(loss, q_tm1.mean(), q_tm1.max(), optax.global_norm(gradient))
+
+    return update

@@ -1,0 +1,351 @@
+"""The command line: each verb parses its flags and hands over to one function."""
+
+import io
+import json
+import re
+import sys
+from collections.abc import Sequence
+from contextlib import redirect_stderr
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import tyro
+from tyro.conf import OmitArgPrefixes, Positional, arg, subcommand
+
+from touchdown import presets
+from touchdown.config import (
+    SECTIONS,
+    Config,
+    ExplorationConfig,
+    LearningConfig,
+    NetworkConfig,
+    ReplayConfig,
+    TrainingConfig,
+    from_toml,
+)
+from touchdown.errors import UserError, one_line
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+RunsDir = Annotated[Path, arg(help="Folder where runs are kept.")]
+Json = Annotated[bool, arg(help="Print JSON for scripts instead of a table.")]
+Device = Annotated[Literal["cpu", "gpu"], arg(help="Where JAX computes.")]
+Episodes = Annotated[int, arg(help="Starts to fly (episodes).")]
+FirstSeed = Annotated[
+    int, arg(help="Environment seed of the first start; seeds below 1000000 are test starts.")
+]
+EnvId = Annotated[str, arg(help="World for `random` (Gymnasium id); the others know theirs.")]
+PilotName = Annotated[
+    str,
+    arg(
+        metavar="PILOT",
+        help="A run's name or folder, pid, heuristic, random, or a .safetensors or .toml file.",
+    ),
+]
+RunName = Annotated[str, arg(metavar="RUN", help="A run's name in the runs folder, or its folder.")]
+
+INTERRUPTED = 130  # the shell's code for a program that Ctrl-C ended
+
+
+def _preset_help() -> str:
+    lines = [f"{name}: {text}" for name, text in presets.SECTIONS_OF_THE_PAPER.items()]
+    return "Settings to start from, right after `train`. " + "; ".join(lines) + "."
+
+
+@dataclass(frozen=True, kw_only=True)
+class Train:
+    """Train an agent, choose its best checkpoint, test it and draw its pictures.
+
+    Settings come from the preset, then from the --config file, then from the flags.
+    """
+
+    preset: Annotated[Positional[str], arg(metavar="[PRESET]", help=_preset_help())] = "pilot"
+    config: Annotated[
+        Path | None,
+        arg(metavar="FILE", help="TOML file of settings, such as a run's config.toml."),
+    ] = None
+    name: Annotated[
+        str | None, arg(metavar="NAME", help="Name of the run; None makes PRESET-SEED.")
+    ] = None
+    resume: Annotated[
+        str | None,
+        arg(metavar="RUN", help="Go on with a stopped run, with the settings it has."),
+    ] = None
+    runs_dir: RunsDir = Path("runs")
+    device: Device = "cpu"
+    seed: Annotated[int, arg(help="Training seed: everything random follows from it.")] = 0
+    env_id: Annotated[
+        str,
+        arg(help="Gymnasium id of a world with a flat Box observation and Discrete actions."),
+    ] = "LunarLander-v3"
+    network: NetworkConfig = field(default_factory=NetworkConfig)
+    replay: ReplayConfig = field(default_factory=ReplayConfig)
+    exploration: ExplorationConfig = field(default_factory=ExplorationConfig)
+    learning: LearningConfig = field(default_factory=LearningConfig)
+    training: TrainingConfig = field(default_factory=TrainingConfig)
+
+    def settings(self) -> Config:
+        """The flags as a config."""
+        sections = {name: getattr(self, name) for name in SECTIONS}
+        return Config(preset=self.preset, seed=self.seed, env_id=self.env_id, **sections)
+
+    def run(self, console: "Console") -> None:
+        """Hand over to `verbs.train` or `verbs.resume`."""
+        from touchdown import device, verbs  # noqa: PLC0415 - heavy libraries load when used
+
+        device.use(self.device)
+        if self.resume is None:
+            verbs.train(self.settings(), name=self.name, runs_dir=self.runs_dir, console=console)
+            return
+        if self.settings() != presets.preset("pilot") or self.config or self.name:
+            raise UserError(
+                f"resume {self.resume!r}: goes on with the run's own settings; "
+                "leave out the preset and the other flags"
+            )
+        verbs.resume(self.resume, runs_dir=self.runs_dir, console=console)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evaluate:
+    """Fly a pilot greedily on stock Gymnasium from many starts and print what came of it."""
+
+    pilot: Positional[PilotName]
+    episodes: Episodes = 100
+    seed: FirstSeed = 0
+    env_id: EnvId = "LunarLander-v3"
+    json: Json = False
+    runs_dir: RunsDir = Path("runs")
+    device: Device = "cpu"
+
+    def run(self, console: "Console") -> None:
+        """Hand over to `verbs.evaluate`."""
+        from touchdown import device, tables, verbs  # noqa: PLC0415
+
+        device.use(self.device)
+        evaluation = verbs.evaluate(
+            self.pilot,
+            episodes=self.episodes,
+            seed=self.seed,
+            env_id=self.env_id,
+            runs_dir=self.runs_dir,
+            console=console,
+        )
+        if self.json:
+            _print_json(evaluation.to_json())
+        else:
+            console.print(tables.evaluation_table([evaluation]))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fly:
+    """Fly one episode and film it."""
+
+    pilot: Positional[PilotName]
+    seed: Annotated[int, arg(help="Environment seed of the start.")] = 0
+    out: Annotated[
+        str | None,
+        arg(
+            metavar="FILE", help="A .gif or .mp4 to write, or `window`; None makes PILOT-SEED.gif."
+        ),
+    ] = None
+    env_id: EnvId = "LunarLander-v3"
+    runs_dir: RunsDir = Path("runs")
+    device: Device = "cpu"
+
+    def run(self, console: "Console") -> None:
+        """Hand over to `verbs.fly`."""
+        from touchdown import device, verbs  # noqa: PLC0415
+
+        device.use(self.device)
+        out = self.out or f"{Path(self.pilot).stem}-{self.seed}.gif"
+        flight = verbs.fly(
+            self.pilot, seed=self.seed, out=out, env_id=self.env_id, runs_dir=self.runs_dir
+        )
+        console.print(
+            f"{self.pilot} from start {self.seed}: {flight.outcome}, "
+            f"return {flight.episode_return:.1f}, {flight.steps} steps, fuel {flight.fuel:.1f}"
+        )
+        if out != "window":
+            console.print(f"  {out}", soft_wrap=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tune:
+    """Tune a controller: Twiddle over the PID's gains and dead band, on training starts."""
+
+    what: Annotated[Positional[Literal["pid"]], arg(help="What to tune.")]
+    rule: Annotated[
+        Literal["signed", "absolute"],
+        arg(help="Action rule: `absolute` as the paper prints it, or the vertical sign kept."),
+    ] = "signed"
+    starts: Annotated[int, arg(help="Training starts that each trial flies (episodes).")] = 200
+    seed: Annotated[int, arg(help="Chooses the training starts.")] = 0
+    tolerance: Annotated[
+        float, arg(help="Stop when every step is below this share of its first size.")
+    ] = 0.05
+    out: Annotated[Path, arg(metavar="FILE", help="TOML file for the gains.")] = Path("pid.toml")
+
+    def run(self, console: "Console") -> None:
+        """Hand over to `verbs.tune_pid`."""
+        from touchdown import verbs  # noqa: PLC0415
+
+        best = verbs.tune_pid(
+            rule=self.rule,
+            starts=self.starts,
+            seed=self.seed,
+            tolerance=self.tolerance,
+            out=self.out,
+            console=console,
+        )
+        console.print(f"{best}\n  {self.out}", soft_wrap=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Runs:
+    """List the runs in a folder."""
+
+    json: Json = False
+    runs_dir: RunsDir = Path("runs")
+
+    def run(self, console: "Console") -> None:
+        """Hand over to `verbs.runs`."""
+        from touchdown import tables, verbs  # noqa: PLC0415
+
+        facts = [verbs.run_facts(run) for run in verbs.runs(self.runs_dir)]
+        if self.json:
+            _print_json(facts)
+        elif facts:
+            console.print(tables.runs_table(facts))
+        else:
+            console.print(f"no runs in {self.runs_dir}; `touchdown train` makes one")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Show:
+    """Show one run: its settings, its results, its pictures' paths."""
+
+    name: Annotated[Positional[RunName], arg(metavar="RUN")]
+    json: Json = False
+    runs_dir: RunsDir = Path("runs")
+
+    def run(self, console: "Console") -> None:
+        """Hand over to `verbs.show`."""
+        from touchdown import config, tables, verbs  # noqa: PLC0415
+
+        run = verbs.show(self.name, self.runs_dir)
+        facts = verbs.run_facts(run)
+        pictures = [str(path) for path in run.pictures]
+        if self.json:
+            _print_json({**facts, "config": config.to_dict(run.config), "pictures": pictures})
+            return
+        console.print(tables.runs_table([facts]))
+        console.print(config.to_toml(run.config), markup=False, highlight=False)
+        evaluated = verbs.evaluations_of(run)
+        if evaluated:
+            console.print(tables.evaluation_table(evaluated))
+        for path in pictures:
+            console.print(f"  {path}", soft_wrap=True)
+
+
+Verb = Train | Evaluate | Fly | Tune | Runs | Show
+
+
+def _print_json(value: object) -> None:
+    sys.stdout.write(json.dumps(value, indent=2, ensure_ascii=False) + "\n")
+
+
+def _train_defaults(argv: Sequence[str]) -> Train:
+    """Defaults for `train`'s flags: they hang on the preset and the TOML file given beside them."""
+    if not argv or argv[0] != "train":
+        return Train()
+    name = argv[1] if len(argv) > 1 and not argv[1].startswith("-") else "pilot"
+    config = presets.preset(name)
+    file = _value_of(argv, "--config")
+    if file is not None:
+        config = from_toml(Path(file), config)
+        if name not in argv[1:2]:
+            name = config.preset
+    sections = {section: getattr(config, section) for section in SECTIONS}
+    return Train(preset=name, seed=config.seed, env_id=config.env_id, **sections)
+
+
+def _value_of(argv: Sequence[str], flag: str) -> str | None:
+    for i, token in enumerate(argv):
+        if token == flag and i + 1 < len(argv):
+            return argv[i + 1]
+        if token.startswith(f"{flag}="):
+            return token.partition("=")[2]
+    return None
+
+
+def parse(argv: Sequence[str]) -> Verb:
+    """The verb and its flags.
+
+    Raises:
+        UserError: they are not of the verb's form.
+        SystemExit: help was printed.
+    """
+    defaults = _train_defaults(argv)
+    verbs = (
+        Annotated[Train, subcommand("train", default=defaults)]
+        | Annotated[Evaluate, subcommand("evaluate")]
+        | Annotated[Fly, subcommand("fly")]
+        | Annotated[Tune, subcommand("tune")]
+        | Annotated[Runs, subcommand("runs")]
+        | Annotated[Show, subcommand("show")]
+    )
+    complaint = io.StringIO()
+    try:
+        with redirect_stderr(complaint):
+            return tyro.cli(
+                verbs,  # pyright: ignore[reportArgumentType] - a union of types is a type to tyro
+                args=list(argv),
+                prog="touchdown",
+                description="A deep Q-learning laboratory for the lunar lander.",
+                config=(OmitArgPrefixes,),
+            )
+    except SystemExit as error:
+        if error.code in (0, None):
+            raise
+        raise UserError(_unboxed(complaint.getvalue())) from None
+
+
+def _unboxed(complaint: str) -> str:
+    """The first paragraph of tyro's framed complaint, on one line."""
+    lines: list[str] = []
+    for line in complaint.splitlines():
+        text = re.sub(r"^[│|]|[│|]$", "", line.strip()).strip()
+        if lines and re.match(r"^[─├╰-]{3,}", text):
+            break
+        if text and not re.match(r"^[╭─├╰-]", text):
+            lines.append(text)
+    return " ".join(" ".join(lines).split())
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Run a verb; bad input is one line on stderr and exit code 2."""
+    from rich.console import Console  # noqa: PLC0415
+
+    args = list(sys.argv[1:] if argv is None else argv)
+    console = Console(width=None if sys.stdout.isatty() else 120, stderr="--json" in args)
+    try:
+        parse(args).run(console)
+    except UserError as error:
+        _fail(str(error))
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        _fail(f"{where}{error.strerror or one_line(error)}")
+    except KeyboardInterrupt:
+        _fail("stopped", INTERRUPTED)
+
+
+def _fail(message: str, code: int = 2) -> None:
+    sys.stderr.write(f"touchdown: {message}\n")
+    sys.stderr.flush()
+    raise SystemExit(code)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,319 @@
+"""Settings of a run: frozen, checked where they are made, TOML both ways, with a digest."""
+
+import dataclasses
+import hashlib
+import math
+import tomllib
+import typing
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from touchdown.errors import UserError, one_line
+
+FORMAT_VERSION = 1
+
+
+def _check(section: object, name: str, *, ok: bool, wanted: str) -> None:
+    if not ok:
+        raise ValueError(f"{name} = {getattr(section, name)!r}: must be {wanted}")
+
+
+def _settle_floats(section: Any) -> None:
+    """Refuse infinities and NaN, and make 1 and 1.0 the same setting (and the same digest)."""
+    for item in dataclasses.fields(section):
+        value = getattr(section, item.name)
+        if item.type is float and isinstance(value, int):
+            object.__setattr__(section, item.name, float(value))
+        if isinstance(value, float) and not math.isfinite(value):
+            raise ValueError(f"{item.name} = {value!r}: must be a finite number")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NetworkConfig:
+    """The Q-network: a multilayer perceptron (section 5)."""
+
+    hidden_sizes: tuple[int, ...] = (100, 100, 100)
+    """Nodes of each hidden layer, first to last."""
+    activation: Literal["relu", "tanh", "silu"] = "relu"
+    """Function after each hidden layer."""
+
+    def __post_init__(self) -> None:
+        sizes_ok = all(size > 0 for size in self.hidden_sizes)
+        _check(self, "hidden_sizes", ok=sizes_ok, wanted="whole numbers of at least 1 node")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReplayConfig:
+    """The memory (Algorithm 2) and its preferential re-saves (section 7)."""
+
+    capacity: int = 100_000
+    """Size of the first-in, first-out memory (transitions, copies counted)."""
+    min_size: int = 1_000
+    """Transitions held before the first update."""
+    resaves: int = 0
+    """τ: how often a rewarded transition is stored again; 0 is plain replay."""
+    resave_threshold: float = 0.0
+    """A transition is rewarded when its reward is above this (reward units)."""
+
+    def __post_init__(self) -> None:
+        _settle_floats(self)
+        _check(self, "capacity", ok=self.capacity > 0, wanted="at least 1 transition")
+        _check(self, "min_size", ok=self.min_size > 0, wanted="at least 1 transition")
+        if self.min_size > self.capacity:
+            raise ValueError(
+                f"min_size = {self.min_size}: must be at most capacity = {self.capacity}"
+            )
+        _check(self, "resaves", ok=self.resaves >= 0, wanted="0 or more")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExplorationConfig:
+    """ε-greedy exploration (section 2, Eq. 3)."""
+
+    schedule: Literal["constant", "linear", "exponential"] = "exponential"
+    """How ε falls: never, in a line over observations, or by a factor an episode (the paper's)."""
+    epsilon_start: float = 1.0
+    """ε at the start (probability)."""
+    epsilon_end: float = 0.01
+    """Floor of ε for the linear and the exponential schedule (probability)."""
+    epsilon_decay: float = 0.975
+    """Factor on ε after each episode, for the exponential schedule."""
+    epsilon_duration: int = 50_000
+    """Observations from epsilon_start to epsilon_end, for the linear schedule."""
+
+    def __post_init__(self) -> None:
+        _settle_floats(self)
+        for name in ("epsilon_start", "epsilon_end", "epsilon_decay"):
+            _check(self, name, ok=0 <= getattr(self, name) <= 1, wanted="from 0 to 1")
+        if self.schedule != "constant" and self.epsilon_end > self.epsilon_start:
+            raise ValueError(
+                f"epsilon_end = {self.epsilon_end}: "
+                f"must be at most epsilon_start = {self.epsilon_start}"
+            )
+        duration_ok = self.epsilon_duration > 0
+        _check(self, "epsilon_duration", ok=duration_ok, wanted="at least 1 observation")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LearningConfig:
+    """Q-learning's update (Eq. 4 and 5) and its optimiser (appendix B)."""
+
+    gamma: float = 0.99
+    """γ: discount of the next step's value."""
+    learning_rate: float = 5e-4
+    """Step size of the optimiser, at the start."""
+    learning_rate_end: float = 0.0
+    """Step size once learning_rate_duration updates are done."""
+    learning_rate_duration: int = 0
+    """Updates over which the step size falls in a line; 0 keeps learning_rate throughout."""
+    optimizer: Literal["adam", "adamw", "rmsprop", "sgd"] = "adam"
+    """Optimiser, by optax's name."""
+    batch_size: int = 64
+    """Transitions in a minibatch."""
+    loss: Literal["mse", "huber"] = "mse"
+    """Loss of the TD error: its square, or Huber's with the knee at 1 scaled reward unit."""
+    reward_scale: float = 1.0
+    """Factor on rewards inside the update (recorded returns keep their units)."""
+    max_grad_norm: float = 0.0
+    """Gradients longer than this are shortened to it; 0 never clips."""
+    update_period: int = 1
+    """Observations between updates (Algorithm 2: 1)."""
+    target_period: int = 0
+    """n: observations between copies to the target network; 0 is no target network (section 6)."""
+
+    def __post_init__(self) -> None:
+        _settle_floats(self)
+        _check(self, "gamma", ok=0 <= self.gamma <= 1, wanted="from 0 to 1")
+        _check(self, "learning_rate", ok=self.learning_rate > 0, wanted="above 0")
+        _check(self, "learning_rate_end", ok=self.learning_rate_end >= 0, wanted="0 or more")
+        _check(self, "reward_scale", ok=self.reward_scale > 0, wanted="above 0")
+        _check(self, "max_grad_norm", ok=self.max_grad_norm >= 0, wanted="0 (never) or more")
+        _check(self, "batch_size", ok=self.batch_size > 0, wanted="at least 1 transition")
+        _check(self, "update_period", ok=self.update_period > 0, wanted="at least 1 observation")
+        for name in ("learning_rate_duration", "target_period"):
+            _check(self, name, ok=getattr(self, name) >= 0, wanted="0 or more")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrainingConfig:
+    """How long to train, how a checkpoint is chosen, and what is written down on the way."""
+
+    episodes: int = 500
+    """Training ends after this many episodes."""
+    max_observations: int = 0
+    """Training also ends with the episode that reaches this many observations; 0 is no limit."""
+    validation_period: int = 10_000
+    """Observations between greedy flights on validation starts."""
+    validation_episodes: int = 20
+    """Validation starts flown each time."""
+    finalists: int = 5
+    """Best checkpoints that fly again at the end, on fresh validation starts, for the choice."""
+    final_validation_episodes: int = 100
+    """Validation starts that each finalist flies."""
+    test_episodes: int = 100
+    """Test starts that the chosen checkpoint flies at the very end; 0 skips the test."""
+    checkpoint_seconds: float = 10.0
+    """Seconds between checkpoints, taken where an episode ends; 0 takes one after each episode."""
+    metrics_period: int = 1_000
+    """Updates between lines in updates.jsonl."""
+
+    def __post_init__(self) -> None:
+        _settle_floats(self)
+        for name in ("max_observations", "test_episodes", "checkpoint_seconds"):
+            _check(self, name, ok=getattr(self, name) >= 0, wanted="0 or more")
+        for name in (
+            "episodes",
+            "validation_period",
+            "validation_episodes",
+            "finalists",
+            "final_validation_episodes",
+            "metrics_period",
+        ):
+            _check(self, name, ok=getattr(self, name) > 0, wanted="at least 1")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Config:
+    """Everything that decides what a run does: the same config on one machine repeats the run."""
+
+    preset: str = "custom"
+    """Name of the preset that the settings started from (a label; it changes nothing)."""
+    seed: int = 0
+    """Training seed: weights, exploration, replay and training starts follow from it."""
+    env_id: str = "LunarLander-v3"
+    """Gymnasium id of a world with a flat Box observation and Discrete actions."""
+    network: NetworkConfig = field(default_factory=NetworkConfig)
+    replay: ReplayConfig = field(default_factory=ReplayConfig)
+    exploration: ExplorationConfig = field(default_factory=ExplorationConfig)
+    learning: LearningConfig = field(default_factory=LearningConfig)
+    training: TrainingConfig = field(default_factory=TrainingConfig)
+
+    def __post_init__(self) -> None:
+        _check(self, "seed", ok=0 <= self.seed < 2**32, wanted="from 0 to 4294967295")
+
+    @property
+    def digest(self) -> str:
+        """12 hex digits that two configs share only if they are equal, `preset` aside."""
+        same = dataclasses.replace(self, preset="")
+        return hashlib.sha256(to_toml(same).encode()).hexdigest()[:12]
+
+
+SECTIONS: dict[str, type[Any]] = {
+    "network": NetworkConfig,
+    "replay": ReplayConfig,
+    "exploration": ExplorationConfig,
+    "learning": LearningConfig,
+    "training": TrainingConfig,
+}
+
+
+def _toml_value(value: Any) -> str:
+    match value:
+        case bool():
+            return str(value).lower()
+        case str():
+            escaped = value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+            return f'"{escaped}"'
+        case tuple():
+            return "[" + ", ".join(map(_toml_value, typing.cast(tuple[Any, ...], value))) + "]"
+        case _:
+            return repr(value)
+
+
+def toml_table(values: Mapping[str, Any]) -> str:
+    """Lines `name = value` of numbers, strings and tuples of them."""
+    return "".join(f"{name} = {_toml_value(value)}\n" for name, value in values.items())
+
+
+def to_dict(config: Config) -> dict[str, Any]:
+    """A config as nested dictionaries of plain values."""
+    return dataclasses.asdict(config)
+
+
+def to_toml(config: Config) -> str:
+    """A config as TOML, every field written out; `from_toml` gives the same config back."""
+    values = to_dict(config)
+    tables = [f"\n[{name}]\n{toml_table(values.pop(name))}" for name in SECTIONS]
+    return f"format_version = {FORMAT_VERSION}\n" + toml_table(values) + "".join(tables)
+
+
+def _coerce(kind: Any, name: str, value: Any) -> Any:
+    if typing.get_origin(kind) is Literal:
+        choices = typing.get_args(kind)
+        if value not in choices:
+            raise ValueError(f"{name} = {value!r}: must be one of {', '.join(choices)}")
+        return value
+    if typing.get_origin(kind) is tuple:
+        if not isinstance(value, list):
+            raise ValueError(f"{name} = {value!r}: must be a list")
+        of = typing.get_args(kind)[0]
+        return tuple(_coerce(of, name, entry) for entry in typing.cast(list[Any], value))
+    if kind is float and isinstance(value, int) and not isinstance(value, bool):
+        return float(value)
+    if type(value) is not kind:
+        wanted = {int: "a whole number", float: "a number", str: "a string"}[kind]
+        raise ValueError(f"{name} = {value!r}: must be {wanted}")
+    return value
+
+
+def replace_fields(instance: Any, values: Mapping[str, Any], where: str) -> Any:
+    """A frozen dataclass with some fields replaced by values read from a file.
+
+    Args:
+        instance: the dataclass to start from.
+        values: by field name; a mapping goes into the nested dataclass of that name.
+        where: named in errors, such as `my.toml`.
+
+    Raises:
+        UserError: an unknown field, or a value that its field refuses.
+    """
+    kinds = typing.get_type_hints(typing.cast(type[Any], type(instance)))
+    changes: dict[str, Any] = {}
+    for name, value in values.items():
+        if name not in kinds:
+            raise UserError(f"{where}: unknown field {name!r}; known: {', '.join(kinds)}")
+        if dataclasses.is_dataclass(kinds[name]):
+            if not isinstance(value, dict):
+                raise UserError(f"{where}: {name} = {value!r}: must be a table [{name}]")
+            nested = typing.cast(dict[str, Any], value)
+            changes[name] = replace_fields(getattr(instance, name), nested, f"{where} [{name}]")
+        else:
+            try:
+                changes[name] = _coerce(kinds[name], name, value)
+            except ValueError as error:
+                raise UserError(f"{where}: {error}") from None
+    try:
+        return dataclasses.replace(instance, **changes)
+    except ValueError as error:
+        raise UserError(f"{where}: {one_line(error)}") from None
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """A TOML file's values.
+
+    Raises:
+        UserError: the file cannot be read or is not TOML.
+    """
+    try:
+        return tomllib.loads(path.read_text("utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise UserError(f"{path}: not TOML: {one_line(error)}") from None
+
+
+def from_toml(path: Path, base: Config | None = None) -> Config:
+    """The config in a TOML file; fields that it leaves out keep those of `base`.
+
+    Raises:
+        UserError: an unreadable file, an unknown field, a refused value, another format version.
+    """
+    values = read_toml(path)
+    version = values.pop("format_version", FORMAT_VERSION)
+    if version != FORMAT_VERSION:
+        raise UserError(
+            f"{path}: format_version = {version!r}: this touchdown reads {FORMAT_VERSION}"
+        )
+    return replace_fields(base or Config(), values, str(path))

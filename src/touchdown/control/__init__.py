@@ -1,0 +1,1 @@
+"""Flying by physics: the paper's controller and its tuner."""

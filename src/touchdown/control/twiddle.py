@@ -1,0 +1,65 @@
+"""Twiddle: coordinate descent with a step for each coordinate (appendix C)."""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+GROW, SHRINK = 1.1, 0.9  # how a step changes after a success and after a failure
+
+
+class Trial(NamedTuple):
+    """One evaluation of the objective, and the best point up to it."""
+
+    value: float
+    best_value: float
+    best: tuple[float, ...]
+    step: float
+    """The largest relative step still in use: the search is over when it is small."""
+
+
+def twiddle(
+    objective: Callable[[tuple[float, ...]], float],
+    start: Sequence[float],
+    steps: Sequence[float],
+    tolerance: float = 0.02,
+) -> Iterator[Trial]:
+    """Maximise `objective`, one coordinate at a time, yielding each trial.
+
+    Each coordinate is tried a step up, then a step down; a success keeps the point and grows the
+    step, a failure both ways shrinks it. The search ends when every step has shrunk below
+    `tolerance` times its first size. It is a local search: its end is a local maximum at best.
+
+    Args:
+        objective: of a point; larger is better.
+        start: the first point.
+        steps: first step of each coordinate, above 0.
+        tolerance: share of the first steps at which to stop, between 0 and 1.
+
+    Raises:
+        ValueError: the lengths differ, or a step or the tolerance is out of range.
+    """
+    if len(start) != len(steps) or not start:
+        raise ValueError(f"{len(start)} coordinates need as many steps, got {len(steps)}")
+    if min(steps) <= 0:
+        raise ValueError(f"steps must be above 0, got {list(steps)}")
+    if not 0 < tolerance < 1:
+        raise ValueError(f"tolerance must be between 0 and 1, got {tolerance}")
+    first = np.array(steps, float)
+    step = first.copy()
+    best = np.array(start, float)
+    best_value = objective(tuple(best.tolist()))
+    yield Trial(best_value, best_value, tuple(best.tolist()), 1.0)
+    while (step / first).max() > tolerance:
+        for i in range(len(best)):
+            for direction in (1, -1):
+                point = best.copy()
+                point[i] += direction * step[i]
+                value = objective(tuple(point.tolist()))
+                improved = value > best_value
+                if improved:
+                    best, best_value = point, value
+                yield Trial(value, best_value, tuple(best.tolist()), float((step / first).max()))
+                if improved:
+                    break
+            step[i] *= GROW if improved else SHRINK

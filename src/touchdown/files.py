@@ -1,0 +1,120 @@
+"""Writing so that what is on disk is always whole, and reading what a crash may have left."""
+
+import json
+import os
+import shutil
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any, cast
+
+from touchdown.errors import UserError, one_line
+
+
+def write_atomic(path: Path, data: bytes | str) -> None:
+    """Write a file under a temporary name, flush it to the disk and rename it.
+
+    Raises:
+        OSError: the folder is not writable or the disk is full; what was there before stays.
+    """
+    write_through(path, lambda temporary: temporary.write_bytes(_encoded(data)))
+
+
+def write_through(path: Path, write: Callable[[Path], object]) -> None:
+    """Have `write` make a file under a temporary name in the same folder, then rename it.
+
+    The temporary name keeps the suffix, which picture writers go by.
+    """
+    temporary = path.with_name(f".{path.stem}.{os.getpid()}.tmp{path.suffix}")
+    try:
+        write(temporary)
+        _sync(temporary)
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_folder_atomic(path: Path, write: Callable[[Path], object]) -> None:
+    """Have `write` fill a temporary folder, then rename it; `path` must not exist."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    shutil.rmtree(temporary, ignore_errors=True)
+    try:
+        temporary.mkdir(parents=True)
+        write(temporary)
+        for file in temporary.iterdir():
+            _sync(file)
+        temporary.replace(path)
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """A JSON file that holds one object.
+
+    Raises:
+        UserError: it is missing, cut off, or holds something else.
+    """
+    try:
+        return parse_json_object(path, path.read_bytes())
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
+
+
+def parse_json_object(path: Path, data: bytes) -> dict[str, Any]:
+    """One JSON object from bytes that were read from `path`.
+
+    Raises:
+        UserError: the bytes are something else.
+    """
+    try:
+        value = json.loads(data)
+    except ValueError as error:
+        raise UserError(f"{path}: not JSON, perhaps cut off: {one_line(error)}") from None
+    if not isinstance(value, dict):
+        raise UserError(f"{path}: holds {type(value).__name__}, must be a JSON object")
+    return cast(dict[str, Any], value)
+
+
+def read_jsonl(path: Path) -> list[dict[str, Any]]:
+    """The objects of a JSON Lines file; a last line without its newline is still being written.
+
+    Raises:
+        UserError: the file is missing, or a whole line is not a JSON object.
+    """
+    try:
+        text = path.read_text("utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
+    rows: list[dict[str, Any]] = []
+    for number, line in enumerate(text[: text.rfind("\n") + 1].splitlines(), start=1):
+        try:
+            row = json.loads(line)
+        except ValueError:
+            row = None
+        if not isinstance(row, dict):
+            raise UserError(f"{path}: line {number} is not a JSON object")
+        rows.append(cast(dict[str, Any], row))
+    return rows
+
+
+def to_json(value: object) -> str:
+    """Readable JSON with a closing newline."""
+    return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def remove_temporaries(folders: Iterable[Path]) -> None:
+    """Delete what writers that were killed left behind in these folders."""
+    for folder in folders:
+        for leftover in folder.glob(".*.tmp*"):
+            if leftover.is_dir():
+                shutil.rmtree(leftover, ignore_errors=True)
+            else:
+                leftover.unlink(missing_ok=True)
+
+
+def _encoded(data: bytes | str) -> bytes:
+    return data.encode() if isinstance(data, str) else data
+
+
+def _sync(path: Path) -> None:
+    with path.open("rb") as file:
+        os.fsync(file.fileno())

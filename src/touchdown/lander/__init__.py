@@ -1,0 +1,1 @@
+"""The world: stock Gymnasium, flights recorded from it, and their pictures."""

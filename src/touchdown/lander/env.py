@@ -1,0 +1,86 @@
+"""Making a world, and saying in words how an episode in it ended."""
+
+import warnings
+from typing import Any, NamedTuple
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+
+from touchdown.errors import UserError, one_line
+from touchdown.types import FloatArray, Outcome
+
+LANDER_IDS = ("LunarLander-v3",)
+MAIN_ENGINE_COST = 0.3  # return points a step, gymnasium's lunar_lander.py
+SIDE_ENGINE_COST = 0.03
+IDLE, LEFT_ENGINE, MAIN_ENGINE, RIGHT_ENGINE = range(4)
+
+Env = gymnasium.Env[Any, Any]
+
+
+class World(NamedTuple):
+    """An environment and the sizes that an agent needs."""
+
+    env: Env
+    observation_size: int
+    num_actions: int
+
+
+def is_lander(env_id: str) -> bool:
+    """Whether the id names the lander with discrete actions."""
+    return env_id in LANDER_IDS
+
+
+def make(env_id: str = "LunarLander-v3", render_mode: str | None = None) -> World:
+    """A stock Gymnasium environment with a flat Box observation and Discrete actions.
+
+    Args:
+        env_id: Gymnasium's id.
+        render_mode: Gymnasium's, `rgb_array` or `human`.
+
+    Raises:
+        UserError: there is no such environment, it cannot be made, or its spaces are others.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # gymnasium warns of versions that it then refuses
+            env: Env = gymnasium.make(env_id, render_mode=render_mode, disable_env_checker=True)
+    except (gymnasium.error.Error, ImportError, AttributeError, TypeError, ValueError) as error:
+        raise UserError(f"env_id {env_id!r}: cannot be made: {one_line(error)}") from None
+    observation, action = env.observation_space, env.action_space
+    if not isinstance(action, spaces.Discrete):
+        env.close()
+        raise UserError(
+            f"env_id {env_id!r}: its action space is {action}; Q-learning needs Discrete actions"
+        )
+    if not isinstance(observation, spaces.Box) or len(observation.shape) != 1:
+        env.close()
+        raise UserError(
+            f"env_id {env_id!r}: its observation space is {observation}; "
+            "a flat Box (one vector of numbers) is needed"
+        )
+    if action.start != 0:
+        env.close()
+        raise UserError(f"env_id {env_id!r}: its actions are {action}; they must start at 0")
+    return World(env, observation.shape[0], int(action.n))
+
+
+def outcome_of(env_id: str, observation: FloatArray, reward: float, *, terminated: bool) -> Outcome:
+    """How an episode ended, from its last step.
+
+    The lander's last reward is exactly +100 where it came to rest, -100 where it hit or left.
+    """
+    if not terminated:
+        return "timed out"
+    if not is_lander(env_id):
+        return "terminated"
+    if reward == 100:
+        return "landed"
+    return "out of bounds" if abs(float(observation[0])) >= 1 else "crashed"
+
+
+def fuel_of(actions: np.ndarray[Any, np.dtype[Any]]) -> float:
+    """Return points that the engines cost over a flight's actions [T] of the lander."""
+    main = np.count_nonzero(actions == MAIN_ENGINE)
+    side = np.count_nonzero((actions == LEFT_ENGINE) | (actions == RIGHT_ENGINE))
+    return MAIN_ENGINE_COST * main + SIDE_ENGINE_COST * side

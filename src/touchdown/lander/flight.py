@@ -1,0 +1,276 @@
+"""One recorded episode: what was seen and done, how it ended, and what a picture of it needs."""
+
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple, cast, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+from safetensors import SafetensorError
+from safetensors.numpy import load, save
+
+from touchdown import files
+from touchdown.errors import UserError, one_line
+from touchdown.lander import env as lander
+from touchdown.lander.env import World
+from touchdown.types import Outcome, Pilot
+
+FORMAT_VERSION = 1
+
+Tensors = dict[str, NDArray[Any]]
+
+
+class Terrain(NamedTuple):
+    """The ground of one start, in metres."""
+
+    xs: NDArray[np.float64]  # [n] corners of the surface, left to right
+    heights: NDArray[np.float64]  # [n]
+    helipad_x1: float  # the flag on the left
+    helipad_x2: float  # the flag on the right
+    helipad_y: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Flight:
+    """One episode of T steps."""
+
+    env_id: str
+    """Gymnasium's id of the world."""
+    pilot: str
+    """The pilot's name."""
+    seed: int
+    """Environment seed: the start."""
+    observations: NDArray[np.float32]
+    """[T + 1, D], from the reset's to the last step's."""
+    actions: NDArray[np.int64]
+    """[T]."""
+    rewards: NDArray[np.float64]
+    """[T]."""
+    outcome: Outcome
+    """How it ended."""
+    steps_per_second: int
+    """Steps in a second of the world's own clock."""
+    bodies: NDArray[np.float32] | None = None
+    """[T + 1, 3, 3]: hull, leg, leg, each x, y (metres) and angle (radians); the lander's alone."""
+    terrain: Terrain | None = None
+    """The ground; the lander's alone."""
+    frames: tuple[bytes, ...] | None = None
+    """T + 1 PNG files that the world drew itself; None for the lander, drawn from `bodies`."""
+
+    @property
+    def steps(self) -> int:
+        """T, the number of steps."""
+        return len(self.actions)
+
+    @property
+    def returns(self) -> NDArray[np.float64]:
+        """Sum of the rewards so far, undiscounted, at each observation: [T + 1]."""
+        # added in order, as an evaluation does, so that the two agree to the last bit
+        return np.concatenate(([0.0], self.rewards)).cumsum()
+
+    @property
+    def episode_return(self) -> float:
+        """Undiscounted sum of the rewards."""
+        return float(self.returns[-1])
+
+    @property
+    def fuel(self) -> float:
+        """Return points spent on engines; 0 in worlds that are not the lander's."""
+        return lander.fuel_of(self.actions) if lander.is_lander(self.env_id) else 0.0
+
+
+def record_flight(pilot: Pilot, env_id: str, seed: int, name: str) -> Flight:
+    """One episode in the stock environment.
+
+    Args:
+        pilot: chooses the actions.
+        env_id: Gymnasium's id.
+        seed: environment seed of the start.
+        name: what to call the pilot.
+
+    Raises:
+        UserError: there is no such environment, or it cannot be made.
+    """
+    world = lander.make(env_id, render_mode=None if lander.is_lander(env_id) else "rgb_array")
+    try:
+        return fly(world, pilot, env_id, seed, name)
+    finally:
+        world.env.close()
+
+
+def fly(world: World, pilot: Pilot, env_id: str, seed: int, name: str) -> Flight:
+    """One episode in a world that is already made; see `record_flight`."""
+    env = world.env
+    drawn = env.render_mode == "rgb_array"
+    observation, _ = env.reset(seed=seed)
+    observations, bodies, frames = [observation], [_bodies(env)], [_frame(env, drawn)]
+    actions: list[int] = []
+    rewards: list[float] = []
+    terminated = truncated = False
+    while not (terminated or truncated):
+        action = int(pilot.act(observation[None])[0])
+        observation, reward, terminated, truncated, _ = env.step(action)
+        actions.append(action)
+        rewards.append(float(reward))
+        observations.append(observation)
+        bodies.append(_bodies(env))
+        frames.append(_frame(env, drawn))
+    lands = lander.is_lander(env_id)
+    return Flight(
+        env_id=env_id,
+        pilot=name,
+        seed=seed,
+        observations=np.array(observations, np.float32),
+        actions=np.array(actions, np.int64),
+        rewards=np.array(rewards, np.float64),
+        outcome=lander.outcome_of(env_id, observation, rewards[-1], terminated=bool(terminated)),
+        steps_per_second=int(env.metadata.get("render_fps") or 50),
+        bodies=np.array(bodies, np.float32) if lands else None,
+        terrain=_terrain(env) if lands else None,
+        frames=tuple(frames) if drawn else None,
+    )
+
+
+def save_flights(path: Path, flights: Sequence[Flight]) -> None:
+    """Write flights as one safetensors file.
+
+    Raises:
+        UserError: the file cannot be written.
+    """
+    tensors: Tensors = {}
+    facts: list[dict[str, Any]] = []
+    for index, flight in enumerate(flights):
+        tensors |= {f"{index}.{name}": value for name, value in _tensors(flight).items()}
+        facts.append(
+            {
+                "env_id": flight.env_id,
+                "pilot": flight.pilot,
+                "seed": flight.seed,
+                "outcome": flight.outcome,
+                "steps_per_second": flight.steps_per_second,
+            }
+        )
+    metadata = {"format_version": str(FORMAT_VERSION), "flights": json.dumps(facts)}
+    try:
+        files.write_atomic(path, save(tensors, metadata))
+    except OSError as error:
+        raise UserError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def load_flights(path: Path) -> list[Flight]:
+    """The flights of a file that `save_flights` wrote.
+
+    Raises:
+        UserError: the file is missing, cut off, of another version, or holds something else.
+    """
+    tensors, metadata = _read(path)
+    version = metadata.get("format_version")
+    if version != str(FORMAT_VERSION):
+        raise UserError(
+            f"{path}: format_version = {version!r}: this touchdown reads {FORMAT_VERSION}"
+        )
+    try:
+        return [
+            _flight(facts, tensors, f"{index}.")
+            for index, facts in enumerate(json.loads(metadata["flights"]))
+        ]
+    except (KeyError, IndexError, TypeError, ValueError) as error:
+        raise UserError(f"{path}: not recorded flights: {one_line(error)}") from None
+
+
+def _bodies(env: lander.Env) -> list[list[float]]:
+    inside: Any = env.unwrapped
+    if not hasattr(inside, "lander"):
+        return []
+    parts = (inside.lander, *inside.legs)
+    return [[body.position.x, body.position.y, body.angle] for body in parts]
+
+
+def _frame(env: lander.Env, drawn: bool) -> bytes:
+    if not drawn:
+        return b""
+    file = io.BytesIO()
+    Image.fromarray(cast(NDArray[np.uint8], env.render())).save(file, "PNG", compress_level=1)
+    return file.getvalue()
+
+
+def _terrain(env: lander.Env) -> Terrain:
+    inside: Any = env.unwrapped
+    # each polygon of the sky stands on one edge of the ground, and begins with that edge
+    corners = [polygon[0] for polygon in inside.sky_polys] + [inside.sky_polys[-1][1]]
+    xs, heights = np.array(corners, np.float64).T
+    return Terrain(
+        xs.copy(),
+        heights.copy(),
+        float(inside.helipad_x1),
+        float(inside.helipad_x2),
+        float(inside.helipad_y),
+    )
+
+
+def _tensors(flight: Flight) -> Tensors:
+    tensors: Tensors = {
+        "observations": flight.observations,
+        "actions": flight.actions,
+        "rewards": flight.rewards,
+    }
+    if flight.bodies is not None:
+        tensors["bodies"] = flight.bodies
+    if flight.terrain is not None:
+        tensors["terrain"] = np.stack((flight.terrain.xs, flight.terrain.heights))
+        tensors["helipad"] = np.array(flight.terrain[2:], np.float64)
+    if flight.frames is not None:
+        tensors["frames"] = np.frombuffer(b"".join(flight.frames), np.uint8)
+        tensors["frame_sizes"] = np.array([len(frame) for frame in flight.frames], np.int64)
+    return tensors
+
+
+def _flight(facts: dict[str, Any], tensors: Tensors, prefix: str) -> Flight:
+    own = {
+        name.removeprefix(prefix): value
+        for name, value in tensors.items()
+        if name.startswith(prefix)
+    }
+    steps = len(own["actions"])
+    lengths = {"observations": steps + 1, "rewards": steps, "bodies": steps + 1}
+    for name, length in (lengths | {"frame_sizes": steps + 1}).items():
+        if name in own and len(own[name]) != length:
+            raise ValueError(f"{prefix}{name} has {len(own[name])} rows, must have {length}")
+    if facts["outcome"] not in get_args(Outcome):
+        raise ValueError(f"outcome {facts['outcome']!r}: must be one of {get_args(Outcome)}")
+    terrain = frames = None
+    if "terrain" in own:
+        xs, heights = own["terrain"]
+        terrain = Terrain(xs.copy(), heights.copy(), *own["helipad"].tolist())
+    if "frames" in own:
+        data, ends = own["frames"].tobytes(), own["frame_sizes"].cumsum().tolist()
+        frames = tuple(data[a:b] for a, b in zip([0, *ends], ends, strict=False))
+    return Flight(
+        env_id=facts["env_id"],
+        pilot=facts["pilot"],
+        seed=facts["seed"],
+        observations=own["observations"],
+        actions=own["actions"],
+        rewards=own["rewards"],
+        outcome=facts["outcome"],
+        steps_per_second=facts["steps_per_second"],
+        bodies=own.get("bodies"),
+        terrain=terrain,
+        frames=frames,
+    )
+
+
+def _read(path: Path) -> tuple[Tensors, dict[str, str]]:
+    try:
+        data = path.read_bytes()
+        tensors = load(data)
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {error.strerror}") from None
+    except (SafetensorError, ValueError, KeyError) as error:
+        raise UserError(f"{path}: not a whole safetensors file: {one_line(error)}") from None
+    header = files.parse_json_object(path, data[8 : 8 + int.from_bytes(data[:8], "little")])
+    return tensors, dict(header.get("__metadata__", {}))

@@ -1,0 +1,172 @@
+"""What a person sees while something long runs; nothing where no terminal is watching."""
+
+import signal
+import threading
+from collections.abc import Generator
+from contextlib import contextmanager
+from types import FrameType
+
+from rich.console import Console, Group
+from rich.live import Live
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
+
+from touchdown.runs.train import Status
+
+
+def clock(seconds: float) -> str:
+    """Seconds as m:ss or h:mm:ss."""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+
+
+class StopSignal:
+    """Asked whether to stop; Ctrl-C and SIGTERM make it say yes."""
+
+    def __init__(self) -> None:
+        self.requested = False
+
+    def __call__(self) -> bool:
+        """Whether to stop."""
+        return self.requested
+
+
+@contextmanager
+def stop_on_signals(console: Console) -> Generator[StopSignal]:
+    """Within the block, the first Ctrl-C or SIGTERM asks to stop; a second Ctrl-C stops at once.
+
+    Outside the main thread nothing is caught: Python delivers signals there alone.
+    """
+    stop = StopSignal()
+    if threading.current_thread() is not threading.main_thread():
+        yield stop
+        return
+
+    def handle(number: int, _frame: FrameType | None) -> None:
+        if stop.requested and number == signal.SIGINT:
+            raise KeyboardInterrupt
+        stop.requested = True
+        console.print("stopping at the end of this episode (Ctrl-C again: at once)")
+
+    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+class TrainingView:
+    """A live view of training on a terminal, and nothing anywhere else.
+
+    Args:
+        console: where to draw.
+        name: of the run.
+        episodes: that training takes at most.
+        observations: that training takes at most; 0 is no limit.
+    """
+
+    def __init__(self, console: Console, name: str, episodes: int, observations: int) -> None:
+        self._console = console
+        self._name = name
+        self._episodes = episodes
+        self._observations = observations
+        self._live = Live(console=console, refresh_per_second=4)
+        self._phase = _counter(console)
+
+    def __enter__(self) -> "TrainingView":
+        if self._console.is_terminal:
+            self._live.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._live.is_started:
+            self._live.stop()
+
+    def status(self, status: Status) -> None:
+        """Show where training stands."""
+        if self._console.is_terminal:
+            self._live.update(self._draw(status))
+
+    def phase(self, text: str, count: int) -> None:
+        """Show a bar of `count` flights for what comes now."""
+        if self._console.is_terminal:
+            for task in self._phase.task_ids:
+                self._phase.remove_task(task)
+            self._phase.add_task(text, total=count)
+            self._live.update(self._phase)
+
+    def flight(self) -> None:
+        """One flight of the phase is done."""
+        for task in self._phase.task_ids:
+            self._phase.advance(task)
+
+    def _draw(self, status: Status) -> Group:
+        loss = "-" if status.loss is None else f"{status.loss:.3g}"
+        table = Table.grid(padding=(0, 2))
+        cells = [
+            ("episode", f"{status.episode}"),
+            ("observations", f"{status.observations:,}"),
+            ("return", f"{status.episode_return:.0f}"),
+            ("mean of 100", f"{status.recent_return:.0f}"),
+            ("ε", f"{status.epsilon:.3f}"),
+            ("loss", loss),
+            ("1000 steps", f"{status.recent_time_limit_share:.0%}"),
+            ("steps/s", f"{status.steps_per_second:,.0f}"),
+            ("ETA", clock(status.seconds_left)),
+        ]
+        for _ in cells:
+            table.add_column(justify="right")
+        table.add_row(*(Text(name, style="dim") for name, _ in cells))
+        table.add_row(*(Text(value, style="bold") for _, value in cells))
+        share = status.episode / self._episodes
+        if self._observations:
+            share = max(share, status.observations / self._observations)
+        bar = Progress(
+            TextColumn(f"training {self._name}"),
+            BarColumn(40),
+            TextColumn("{task.percentage:.0f}%"),
+            console=self._console,
+        )
+        bar.add_task("", total=1_000, completed=round(1_000 * min(share, 1.0)))
+        return Group(bar, table)
+
+
+@contextmanager
+def counting(console: Console, text: str, total: int) -> Generator["Counter"]:
+    """A progress bar with an ETA on a terminal, nothing anywhere else."""
+    counter = Counter(_counter(console), text, total)
+    if console.is_terminal:
+        with counter.bar:
+            yield counter
+    else:
+        yield counter
+
+
+class Counter:
+    """A bar that is told of each thing done."""
+
+    def __init__(self, bar: Progress, text: str, total: int) -> None:
+        self.bar = bar
+        self._task = bar.add_task(text, total=total)
+
+    def __call__(self) -> None:
+        """One thing is done."""
+        self.bar.advance(self._task)
+
+    def describe(self, text: str, completed: float) -> None:
+        """Set the words and how far it is."""
+        self.bar.update(self._task, description=text, completed=completed)
+
+
+def _counter(console: Console) -> Progress:
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(30),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+        console=console,
+        transient=True,
+    )

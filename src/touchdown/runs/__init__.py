@@ -1,0 +1,1 @@
+"""One agent, one seed: flying, training, and the record of it on disk."""

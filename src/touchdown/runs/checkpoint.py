@@ -1,0 +1,216 @@
+"""A training run's whole state on disk: safetensors and JSON, checked when read, never pickled."""
+
+import hashlib
+import shutil
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, cast
+
+import jax
+import numpy as np
+from numpy.typing import NDArray
+from safetensors import SafetensorError
+from safetensors.numpy import load, save
+
+from touchdown import files
+from touchdown.agents.dqn import DQNAgent
+from touchdown.agents.learner import LearnerState
+from touchdown.errors import UserError, one_line
+from touchdown.seeding import Streams
+
+FORMAT_VERSION = 1
+
+Tensors = dict[str, NDArray[Any]]
+
+
+@dataclass(frozen=True, slots=True)
+class Finalist:
+    """Weights that did well on the validation starts."""
+
+    observations: int
+    validation_return: float
+    params: NDArray[np.float32]
+
+
+@dataclass(slots=True)
+class Progress:
+    """Where a run stands at the end of an episode, beside what the agent knows."""
+
+    episodes: int = 0
+    next_validation: int = 0
+    seconds: float = 0.0
+    finished: bool = False
+    finalists: list[Finalist] = field(default_factory=list[Finalist])
+    record_sizes: dict[str, int] = field(default_factory=dict[str, int])
+
+
+def save_checkpoint(
+    folder: Path, digest: str, agent: DQNAgent, streams: Streams, progress: Progress
+) -> Path:
+    """Write the next checkpoint, `folder/<number>/`, in one rename, then remove the older ones.
+
+    Raises:
+        OSError: it cannot be written; the checkpoint before stays.
+    """
+    tensors = {
+        "learner": _learner_tensors(agent.state),
+        "memory": {
+            name: np.ascontiguousarray(agent.memory.ring.records[name])
+            for name in agent.memory.ring.records.dtype.names or ()
+        },
+        "finalists": {str(f.observations): f.params for f in progress.finalists},
+    }
+    newest = newest_checkpoint(folder)
+    path = folder / f"{int(newest.name) + 1 if newest else 0:08d}"
+
+    def write(temporary: Path) -> None:
+        digests: dict[str, str] = {}
+        for name, group in tensors.items():
+            data = save(group)
+            digests[name] = hashlib.sha256(data).hexdigest()
+            (temporary / f"{name}.safetensors").write_bytes(data)
+        state = {
+            "format_version": FORMAT_VERSION,
+            "config_digest": digest,
+            "episodes": progress.episodes,
+            "observations": agent.observations,
+            "next_validation": progress.next_validation,
+            "seconds": progress.seconds,
+            "finished": progress.finished,
+            "memory_added": agent.memory.ring.added,
+            "finalists": [
+                {"observations": f.observations, "validation_return": f.validation_return}
+                for f in progress.finalists
+            ],
+            "streams": {
+                name: generator.bit_generator.state for name, generator in streams._asdict().items()
+            },
+            "record_sizes": progress.record_sizes,
+            "sha256": digests,
+        }
+        (temporary / "state.json").write_text(files.to_json(state), "utf-8")
+
+    files.write_folder_atomic(path, write)
+    for older in _checkpoints(folder):
+        if older != path:
+            shutil.rmtree(older)
+    return path
+
+
+def newest_checkpoint(folder: Path) -> Path | None:
+    """The checkpoint that a run goes on from, or None where there is none."""
+    return max(_checkpoints(folder), default=None)
+
+
+def restore_checkpoint(path: Path, digest: str, agent: DQNAgent, streams: Streams) -> Progress:
+    """Put a checkpoint into a fresh agent and its streams.
+
+    Raises:
+        UserError: the checkpoint is cut off, altered, of another config or another version.
+    """
+    state = files.read_json(path / "state.json")
+    if state.get("format_version") != FORMAT_VERSION:
+        raise UserError(
+            f"{path}: format_version = {state.get('format_version')!r}: "
+            f"this touchdown reads {FORMAT_VERSION}"
+        )
+    if state.get("config_digest") != digest:
+        raise UserError(
+            f"{path}: belongs to config {state.get('config_digest')!r}, this run's is {digest!r}"
+        )
+    try:
+        groups = {
+            name: _load_checked(path / f"{name}.safetensors", state["sha256"][name])
+            for name in ("learner", "memory", "finalists")
+        }
+        agent.state = _learner_from(agent.state, groups["learner"])
+        names = agent.memory.ring.records.dtype.names or ()
+        records = np.zeros(len(groups["memory"]["a_tm1"]), agent.memory.ring.records.dtype)
+        for name in names:
+            records[name] = groups["memory"][name]
+        agent.memory.ring.restore(records, state["memory_added"])
+        agent.observations = state["observations"]
+        for name, generator in streams._asdict().items():
+            generator.bit_generator.state = state["streams"][name]
+        finalists = [
+            Finalist(
+                f["observations"],
+                f["validation_return"],
+                groups["finalists"][str(f["observations"])],
+            )
+            for f in state["finalists"]
+        ]
+        return Progress(
+            episodes=state["episodes"],
+            next_validation=state["next_validation"],
+            seconds=state["seconds"],
+            finished=state["finished"],
+            finalists=finalists,
+            record_sizes=dict(state["record_sizes"]),
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise UserError(f"{path}: not a checkpoint of this run: {one_line(error)}") from None
+
+
+def load_tensors(path: Path) -> tuple[Tensors, dict[str, str]]:
+    """A safetensors file's arrays and metadata.
+
+    Raises:
+        UserError: it is missing, cut off or something else.
+    """
+    data = _read(path)
+    tensors = _parse(path, data)
+    header_size = int.from_bytes(data[:8], "little")
+    header = files.parse_json_object(path, data[8 : 8 + header_size])
+    return tensors, dict(header.get("__metadata__", {}))
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
+
+
+def _parse(path: Path, data: bytes) -> Tensors:
+    try:
+        return load(data)
+    except (SafetensorError, ValueError, KeyError) as error:
+        raise UserError(f"{path}: not a whole safetensors file: {one_line(error)}") from None
+
+
+def _load_checked(path: Path, sha256: str) -> Tensors:
+    data = _read(path)
+    tensors = _parse(path, data)
+    if hashlib.sha256(data).hexdigest() != sha256:
+        raise UserError(f"{path}: altered since it was written (its SHA-256 differs)")
+    return tensors
+
+
+def _learner_tensors(state: LearnerState) -> Tensors:
+    return {name: np.array(leaf) for name, leaf in _named_leaves(state).items()}
+
+
+def _learner_from(like: LearnerState, tensors: Mapping[str, NDArray[Any]]) -> LearnerState:
+    named = _named_leaves(like)
+    if named.keys() != tensors.keys():
+        raise ValueError(f"it holds {sorted(tensors)}, the learner needs {sorted(named)}")
+    leaves: list[jax.Array] = []
+    for name, leaf in named.items():
+        value = tensors[name]
+        if value.shape != leaf.shape or value.dtype != leaf.dtype:
+            raise ValueError(
+                f"{name} is {value.dtype}{value.shape}, must be {leaf.dtype}{leaf.shape}"
+            )
+        leaves.append(jax.numpy.array(value))
+    return cast(LearnerState, jax.tree.unflatten(cast(Any, jax.tree.structure(like)), leaves))
+
+
+def _named_leaves(state: LearnerState) -> dict[str, jax.Array]:
+    leaves = cast(list[tuple[Any, jax.Array]], jax.tree.leaves_with_path(state))
+    return {jax.tree_util.keystr(path).lstrip("."): leaf for path, leaf in leaves}
+
+
+def _checkpoints(folder: Path) -> list[Path]:
+    return [path for path in folder.glob("[0-9]*") if path.is_dir() and path.name.isdecimal()]

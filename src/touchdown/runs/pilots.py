@@ -1,0 +1,205 @@
+"""Pilots by name: a trained run, the PID controller, Gymnasium's heuristic, chance."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import jax.numpy as jnp
+import numpy as np
+from gymnasium.envs.box2d import lunar_lander
+from safetensors.numpy import save
+
+from touchdown import config as configs
+from touchdown import files
+from touchdown.agents.dqn import GreedyPilot
+from touchdown.agents.networks import QNetwork
+from touchdown.config import Config
+from touchdown.control.pid import PIDConfig, PIDPilot, Rule
+from touchdown.errors import UserError
+from touchdown.lander import env as lander
+from touchdown.runs import folder as folders
+from touchdown.runs.checkpoint import load_tensors
+from touchdown.runs.folder import RunFolder
+from touchdown.types import FloatArray, IntArray, Pilot
+
+WEIGHTS_FORMAT_VERSION = 1
+CONTROLLERS = ("pid", "heuristic", "random")
+"""Pilots that need no run."""
+
+
+@dataclass(frozen=True, slots=True)
+class NamedPilot:
+    """A pilot, what to call it, and the world that it is for."""
+
+    name: str
+    pilot: Pilot
+    env_id: str
+
+
+class HeuristicPilot:
+    """The controller that Gymnasium ships with its lander."""
+
+    def __init__(self) -> None:
+        # it asks the environment only whether its actions are continuous
+        self._env = gymnasium.make("LunarLander-v3", disable_env_checker=True).unwrapped
+
+    def act(self, observations: FloatArray) -> IntArray:
+        """An action for each observation: [N, 8] to [N]."""
+        return np.array([lunar_lander.heuristic(self._env, o) for o in observations])
+
+
+class RandomPilot:
+    """Uniformly random actions.
+
+    Args:
+        num_actions: to choose from.
+        seed: of its generator.
+    """
+
+    def __init__(self, num_actions: int, seed: int = 0) -> None:
+        self._num_actions = num_actions
+        self._rng = np.random.default_rng(seed)
+
+    def act(self, observations: FloatArray) -> IntArray:
+        """An action for each observation: [N, D] to [N]."""
+        return self._rng.integers(self._num_actions, size=len(observations))
+
+
+def greedy(network: QNetwork, params: np.ndarray[Any, np.dtype[np.float32]]) -> GreedyPilot:
+    """A network with weights, flown without exploring."""
+    return GreedyPilot(network, params)
+
+
+def shipped_pid(rule: Rule | None = None) -> PIDConfig:
+    """The gains that came out of `touchdown tune pid`, for one rule, or for the better of them."""
+    name = f"pid_{rule or 'signed'}.toml"
+    with resources.as_file(resources.files("touchdown.control") / name) as path:
+        return read_pid(path)
+
+
+def read_pid(path: Path) -> PIDConfig:
+    """Gains from a TOML file, such as `touchdown tune pid` writes.
+
+    Raises:
+        UserError: it cannot be read, or a field is unknown or refused.
+    """
+    start = PIDConfig(
+        rule="signed", kp_vertical=0, ki_vertical=0, kp_angle=0, kd_angle=0, dead_band=0
+    )
+    return configs.replace_fields(start, configs.read_toml(path), str(path))
+
+
+def load(
+    name: str, runs_dir: Path = folders.DEFAULT_RUNS, env_id: str = "LunarLander-v3"
+) -> NamedPilot:
+    """A pilot by its name.
+
+    Args:
+        name: `pid`, `heuristic`, `random`, a run in `runs_dir`, or the path of a run, of a
+            `.safetensors` file that a run wrote, or of a `.toml` file with a PID's gains.
+        runs_dir: where runs are kept.
+        env_id: the world for `random`; the others know theirs.
+
+    Raises:
+        UserError: there is no such pilot, its files are broken, or it has nothing to fly with yet.
+    """
+    path = Path(name)
+    if name == "random":
+        world = lander.make(env_id)
+        world.env.close()
+        return NamedPilot(name, RandomPilot(world.num_actions), env_id)
+    if name == "heuristic":
+        return NamedPilot(name, HeuristicPilot(), lander.LANDER_IDS[0])
+    if name == "pid":
+        return NamedPilot(name, PIDPilot(shipped_pid()), lander.LANDER_IDS[0])
+    if path.suffix == ".toml":
+        return NamedPilot(path.stem, PIDPilot(read_pid(path)), lander.LANDER_IDS[0])
+    if path.suffix == ".safetensors":
+        return load_weights(path)
+    return load_run(folders.find(name, runs_dir))
+
+
+def load_run(folder: RunFolder) -> NamedPilot:
+    """The best pilot that a run has found so far.
+
+    Raises:
+        UserError: it has none yet, or its files are broken.
+    """
+    if not folder.best.is_file():
+        raise UserError(
+            f"run {folder.name!r}: no weights yet (they come with the first validation); "
+            f"train on with: touchdown train --resume {folder.name}"
+        )
+    pilot = load_weights(folder.best)
+    return NamedPilot(folder.name, pilot.pilot, pilot.env_id)
+
+
+def save_weights(
+    path: Path,
+    network: QNetwork,
+    params: np.ndarray[Any, np.dtype[np.float32]],
+    facts: Mapping[str, Any],
+    config: Config,
+) -> None:
+    """Write a pilot as one safetensors file that needs nothing else to be flown again.
+
+    Args:
+        path: of the file.
+        network: the shape.
+        params: flat, [P].
+        facts: numbers to keep beside the weights, such as the validation return.
+        config: of the run that they come from.
+    """
+    tensors = {name: np.array(value) for name, value in network.layers(jnp.asarray(params)).items()}
+    metadata = {
+        "format_version": str(WEIGHTS_FORMAT_VERSION),
+        "env_id": config.env_id,
+        "activation": config.network.activation,
+        "preset": config.preset,
+        "seed": str(config.seed),
+        "facts": json.dumps(facts),
+    }
+    files.write_atomic(path, save(tensors, metadata))
+
+
+def load_weights(path: Path) -> NamedPilot:
+    """A pilot from a file of `save_weights`.
+
+    Raises:
+        UserError: it is cut off, of another version, or no pilot of ours.
+    """
+    tensors, metadata = load_tensors(path)
+    version = metadata.get("format_version")
+    if version != str(WEIGHTS_FORMAT_VERSION):
+        raise UserError(
+            f"{path}: format_version = {version!r}: this touchdown reads {WEIGHTS_FORMAT_VERSION}"
+        )
+    try:
+        layers = [
+            (tensors[f"layers.{i}.weight"], tensors[f"layers.{i}.bias"])
+            for i in range(len(tensors) // 2)
+        ]
+        sizes = [weight.shape[0] for weight, _ in layers]
+        network = QNetwork(
+            layers[0][0].shape[1], sizes[-1], tuple(sizes[:-1]), metadata["activation"]
+        )
+        params = np.concatenate([part.ravel() for layer in layers for part in layer])
+        if params.dtype != np.float32 or params.size != network.num_params:
+            raise ValueError(f"{params.size} {params.dtype} weights for {network.num_params}")
+    except (KeyError, IndexError, ValueError) as error:
+        raise UserError(f"{path}: not a pilot's weights: {error}") from None
+    return NamedPilot(path.stem, GreedyPilot(network, params), metadata["env_id"])
+
+
+def facts_of(path: Path) -> dict[str, Any]:
+    """The facts that `save_weights` kept beside the weights.
+
+    Raises:
+        UserError: the file is broken or holds none.
+    """
+    _, metadata = load_tensors(path)
+    return files.parse_json_object(path, metadata.get("facts", "").encode())

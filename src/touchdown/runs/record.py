@@ -1,0 +1,78 @@
+"""What a run writes down as it goes: JSON Lines, and the same for TensorBoard."""
+
+import json
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, BinaryIO, cast
+
+from tensorboardX.event_file_writer import EventsWriter
+from tensorboardX.proto import event_pb2
+from tensorboardX.summary import scalar  # pyright: ignore[reportUnknownVariableType]
+
+from touchdown.runs.folder import RunFolder
+
+_EVENTS = "events.out.tfevents.*"
+
+
+class Recorder:
+    """Appends to a run's records, each line flushed when it is whole.
+
+    Args:
+        folder: of the run.
+        sizes: bytes that each record had at the checkpoint gone on from; what came after is cut
+            off, since training will write it again. Empty for a new run.
+    """
+
+    def __init__(self, folder: RunFolder, sizes: Mapping[str, int]) -> None:
+        self._folder = folder.path
+        events_kept = _cut_events(folder.path, sizes)
+        self._lines: dict[str, BinaryIO] = {}
+        for path in (folder.episodes, folder.updates, folder.validations):
+            file = path.open("ab")
+            file.truncate(sizes.get(path.name, 0))
+            file.seek(0, 2)
+            self._lines[path.name] = file
+        # the suffix keeps a run gone on with within the same second from writing over its own file
+        self._events = EventsWriter(str(folder.path / "events"), f".{events_kept}")
+
+    def write(self, path: Path, row: Mapping[str, Any], scalars: Mapping[str, float]) -> None:
+        """Append one line, and its numbers for TensorBoard.
+
+        Args:
+            path: one of the folder's JSON Lines files.
+            row: the line.
+            scalars: by TensorBoard's tag, at `row["observations"]`.
+        """
+        file = self._lines[path.name]
+        file.write(json.dumps(row, ensure_ascii=False, allow_nan=False).encode() + b"\n")
+        file.flush()
+        for tag, value in scalars.items():
+            event = cast(Any, event_pb2).Event(wall_time=time.time(), step=row["observations"])
+            event.summary.MergeFrom(scalar(tag, value))
+            self._events.write_event(event)
+
+    def sizes(self) -> dict[str, int]:
+        """Bytes written to each record so far, flushed, for a checkpoint."""
+        self._events.flush()
+        paths = [self._folder / name for name in self._lines]
+        paths += self._folder.glob(_EVENTS)
+        return {path.name: path.stat().st_size for path in paths}
+
+    def close(self) -> None:
+        """Flush and close."""
+        for file in self._lines.values():
+            file.close()
+        self._events.close()
+
+
+def _cut_events(folder: Path, sizes: Mapping[str, int]) -> int:
+    kept = 0
+    for path in sorted(folder.glob(_EVENTS)):
+        if path.name in sizes:
+            with path.open("ab") as file:
+                file.truncate(sizes[path.name])
+            kept += 1
+        else:
+            path.unlink()
+    return kept

@@ -1,0 +1,89 @@
+"""Tuning the PID controller by Twiddle on training starts."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from touchdown.config import toml_table
+from touchdown.control.pid import PIDConfig, PIDPilot, Rule
+from touchdown.control.twiddle import twiddle
+from touchdown.lander.env import LANDER_IDS
+from touchdown.runs.evaluate import Fleet
+from touchdown.seeding import tuning_starts
+
+TUNED = ("kp_vertical", "ki_vertical", "kp_angle", "kd_angle", "dead_band")
+HAND_PICKED = PIDConfig(
+    rule="signed",
+    kp_vertical=-0.5,
+    ki_vertical=-0.25,
+    kp_angle=-0.5,
+    kd_angle=-0.5,
+    dead_band=0.05,
+)
+"""Where Twiddle starts from: signs by physics, sizes by eye."""
+_FIRST_STEPS = (0.2, 0.2, 0.2, 0.2, 0.02)
+
+
+@dataclass(frozen=True, slots=True)
+class TuningStep:
+    """One trial of the tuner."""
+
+    trial: int
+    mean_return: float
+    best_return: float
+    best: PIDConfig
+    step: float
+    """Largest relative step still in use; tuning ends at the tolerance."""
+
+
+def tune_pid(
+    rule: Rule, starts: int, seed: int = 0, tolerance: float = 0.05
+) -> Iterator[TuningStep]:
+    """Maximise the mean return over training starts, one trial at a time.
+
+    Every trial flies the same starts, so that two gains differ by what they do and not by luck.
+
+    Args:
+        rule: the action rule to tune for.
+        starts: training starts a trial flies.
+        seed: chooses them.
+        tolerance: relative step at which to stop.
+    """
+    flown = tuning_starts(seed, starts)
+    fleet = Fleet(LANDER_IDS[0])
+
+    def config_of(point: tuple[float, ...]) -> PIDConfig:
+        values = dict(zip(TUNED, point, strict=True))
+        values["dead_band"] = max(0.0, values["dead_band"])
+        return replace(HAND_PICKED, rule=rule, **values)
+
+    def mean_return(point: tuple[float, ...]) -> float:
+        results = fleet.fly(PIDPilot(config_of(point)), flown)
+        return float(np.mean([result.episode_return for result in results]))
+
+    first = [getattr(HAND_PICKED, name) for name in TUNED]
+    try:
+        for number, trial in enumerate(
+            twiddle(mean_return, first, _FIRST_STEPS, tolerance), start=1
+        ):
+            yield TuningStep(
+                number, trial.value, trial.best_value, config_of(trial.best), trial.step
+            )
+    finally:
+        fleet.close()
+
+
+def share_done(step: float, tolerance: float) -> float:
+    """How far the search is, from its steps: they shrink by a factor at a time."""
+    return min(1.0, math.log(min(1.0, step)) / math.log(tolerance))
+
+
+def to_toml(step: TuningStep, starts: int, seed: int) -> str:
+    """The tuned gains, and in a comment where they come from."""
+    return (
+        f"# touchdown tune pid --rule {step.best.rule} --starts {starts} --seed {seed}\n"
+        f"# mean return {step.best_return:.1f} on those training starts, {step.trial} trials\n"
+        + toml_table(asdict(step.best))
+    )

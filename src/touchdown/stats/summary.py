@@ -1,0 +1,109 @@
+"""What a set of episodes says: location, spread, tail, outcomes."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import stats
+
+from touchdown.types import FloatArray
+
+OUTCOMES = ("landed", "crashed", "out of bounds", "timed out", "terminated")
+RESAMPLES = 2_000
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """A point estimate and its 95% bootstrap interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Summary:
+    """A set of episodes in numbers; returns, fuel and threshold in return points."""
+
+    episodes: int
+    mean: float
+    sd: float
+    iqm: Interval
+    threshold: float
+    share_solved: float
+    """Share of episodes whose return reaches the threshold."""
+    outcomes: dict[str, float]
+    """Share of each outcome that occurred."""
+    steps: float
+    fuel: float
+    worst: float
+    """Mean of the worst 5% of returns, at least one episode."""
+
+    def to_json(self) -> dict[str, Any]:
+        """As a JSON object."""
+        return asdict(self)
+
+
+def interquartile_mean(values: ArrayLike, axis: int = -1) -> FloatArray:
+    """Mean of the middle half: a quarter of the values is cut off at each end."""
+    return cast(FloatArray, stats.trim_mean(values, 0.25, axis=axis))
+
+
+def bootstrap_iqm(values: Sequence[float], seed: int = 0) -> Interval:
+    """Interquartile mean with its 95% percentile bootstrap interval.
+
+    Args:
+        values: at least one.
+        seed: of the resampling, so that a table prints the same twice.
+
+    Raises:
+        ValueError: there are no values.
+    """
+    if not len(values):
+        raise ValueError("an interval needs at least one value")
+    sample = np.asarray(values, float)
+    value = float(interquartile_mean(sample))
+    if np.ptp(sample) == 0:
+        return Interval(value, value, value)
+    result = stats.bootstrap(
+        (sample,),
+        interquartile_mean,
+        n_resamples=RESAMPLES,
+        method="percentile",
+        rng=np.random.default_rng(seed),
+    )
+    low, high = cast(tuple[float, float], result.confidence_interval)
+    return Interval(value, float(low), float(high))
+
+
+def summarise(
+    returns: Sequence[float],
+    steps: Sequence[int],
+    outcomes: Sequence[str],
+    fuel: Sequence[float],
+    threshold: float,
+) -> Summary:
+    """All the numbers of a set of episodes, one entry an episode in each argument.
+
+    Raises:
+        ValueError: there are no episodes.
+    """
+    iqm = bootstrap_iqm(returns)
+    count = len(returns)
+    worst = np.sort(returns)[: max(1, round(0.05 * count))]
+    counts = Counter(outcomes)
+    return Summary(
+        episodes=count,
+        mean=float(np.mean(returns)),
+        sd=float(np.std(returns, ddof=1)) if count > 1 else 0.0,
+        iqm=iqm,
+        threshold=threshold,
+        share_solved=float(np.mean(np.asarray(returns) >= threshold)),
+        outcomes={name: counts[name] / count for name in OUTCOMES if counts[name]},
+        steps=float(np.mean(steps)),
+        fuel=float(np.mean(fuel)),
+        worst=float(np.mean(worst)),
+    )

@@ -1,0 +1,61 @@
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from numpy.random import default_rng
+from numpy.testing import assert_allclose
+
+from touchdown.agents.td import q_error
+
+
+def error_of(q_tm1, a_tm1, r_t, discount_t, q_t) -> np.ndarray:
+    return np.asarray(
+        q_error(
+            jnp.array(q_tm1, float),
+            jnp.array(a_tm1),
+            jnp.array(r_t, float),
+            jnp.array(discount_t, float),
+            jnp.array(q_t, float),
+        )
+    )
+
+
+def test_q_error_is_reward_and_discounted_best_next_value_less_the_value_of_the_action_taken():
+    delta = error_of([[5, 1, -9]], [0], [1], [0.5], [[2, 4, 3]])
+    assert_allclose(delta, [-2])  # 1 + ½·4 − 5
+
+
+def test_q_error_takes_the_value_of_the_action_taken_though_another_is_better():
+    delta = error_of([[50, 60, 3]], [2], [1], [0.5], [[-8, -4, -6]])
+    assert_allclose(delta, [-4])  # 1 + ½·(−4) − 3: the best of bad values is not 0
+
+
+def test_q_error_bootstraps_from_the_next_values_though_those_before_are_larger():
+    delta = error_of([[1, 1000]], [0], [0], [1], [[3, 2]])
+    assert_allclose(delta, [2])  # 0 + 3 − 1
+
+
+def test_discount_of_zero_stops_the_bootstrap_in_its_own_row_alone():
+    delta = error_of([[1, 0], [1, 0]], [0, 0], [7, 7], [0, 1], [[100, 90], [100, 90]])
+    assert_allclose(delta, [6, 106])
+
+
+def test_a_batch_is_its_transitions_one_by_one():
+    rng = default_rng(0)
+    q_tm1, q_t = rng.normal(size=(2, 64, 4))
+    a_tm1 = rng.integers(4, size=64)
+    r_t, discount_t = rng.normal(size=64), rng.choice([0.0, 0.9], 64)
+    slow = [
+        r_t[i] + discount_t[i] * max(q_t[i].tolist()) - q_tm1[i][a_tm1[i]] for i in range(64)
+    ]
+    assert_allclose(error_of(q_tm1, a_tm1, r_t, discount_t, q_t), slow, rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.parametrize("action", [0, 1])
+def test_gradient_lowers_the_value_of_the_action_taken_and_no_other(action: int):
+    slope = jax.grad(
+        lambda q_tm1: q_error(
+            q_tm1, jnp.array([action]), jnp.zeros(1), jnp.ones(1), jnp.array([[3.0, 4.0]])
+        )[0]
+    )(jnp.array([[1.0, 2.0]]))
+    assert np.asarray(slope)[0].tolist() == [-1.0 * (action == 0), -1.0 * (action == 1)]

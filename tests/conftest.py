@@ -1,0 +1,125 @@
+"""JAX on the CPU, reproducible hypothesis, and the small worlds and agents that tests share."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import hypothesis
+import numpy as np
+import pytest
+
+from touchdown import device
+
+device.use("cpu")  # before anything below computes
+
+import jax  # noqa: E402
+
+from touchdown.agents.dqn import DQNAgent, Spaces  # noqa: E402
+from touchdown.agents.networks import QNetwork  # noqa: E402
+from touchdown.config import (  # noqa: E402
+    Config,
+    ExplorationConfig,
+    LearningConfig,
+    NetworkConfig,
+    ReplayConfig,
+)
+from touchdown.seeding import streams  # noqa: E402
+
+# the same examples every time, however slow or busy the machine
+hypothesis.settings.register_profile(
+    "touchdown",
+    derandomize=True,
+    deadline=None,
+    max_examples=50,
+    suppress_health_check=[hypothesis.HealthCheck.too_slow],
+)
+hypothesis.settings.load_profile("touchdown")
+
+HIDDEN_SIZES = (16, 16)  # one network for all agents here: each new shape costs seconds to compile
+SPACES = Spaces(observation_size=5, num_actions=2)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _compile_once(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Agents with the same arithmetic share one compilation, forgotten after the session."""
+    jax.config.update("jax_compilation_cache_dir", str(tmp_path_factory.mktemp("jax")))
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+    jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+
+
+@pytest.fixture(scope="session")
+def network() -> QNetwork:
+    """The network of the agents here."""
+    return QNetwork(*SPACES, HIDDEN_SIZES)
+
+
+@pytest.fixture(scope="session")
+def new_agent() -> Callable[..., DQNAgent]:
+    """Makes agents of one small network; arguments are the fields of the config's sections."""
+
+    def make(
+        seed: int = 0,
+        *,
+        network: dict[str, Any] | None = None,
+        replay: dict[str, Any] | None = None,
+        exploration: dict[str, Any] | None = None,
+        learning: dict[str, Any] | None = None,
+    ) -> DQNAgent:
+        config = Config(
+            seed=seed,
+            network=NetworkConfig(**{"hidden_sizes": HIDDEN_SIZES} | (network or {})),
+            replay=ReplayConfig(**{"capacity": 1_000, "min_size": 8} | (replay or {})),
+            exploration=ExplorationConfig(**exploration or {}),
+            learning=LearningConfig(**{"batch_size": 16} | (learning or {})),
+        )
+        return DQNAgent(config, SPACES, streams(seed))
+
+    return make
+
+
+class Chain:
+    """Five states in a row, seen one-hot; action 1 goes right, action 0 left.
+
+    Right of the last state the world ends and pays 8. Left of the first state is a wall: pushing
+    it pays a bait of 0.1. A time limit may truncate. The start is the seed modulo five.
+    """
+
+    STATES, GOAL, BAIT = 5, 8.0, 0.1
+
+    def __init__(self, limit: int = 20) -> None:
+        self.limit = limit
+
+    @classmethod
+    def model(cls, state: int, action: int) -> tuple[float, int | None]:
+        """The reward, and the next state, which is None where the world has ended."""
+        if action == 1:
+            return (0.0, state + 1) if state + 1 < cls.STATES else (cls.GOAL, None)
+        return (0.0, state - 1) if state else (cls.BAIT, 0)
+
+    @classmethod
+    def see(cls, state: int) -> np.ndarray:
+        return np.eye(cls.STATES, dtype=np.float32)[state]
+
+    def reset(self, *, seed: int) -> tuple[np.ndarray, dict[str, Any]]:
+        self.state, self.steps = seed % self.STATES, 0
+        return self.see(self.state), {}
+
+    def step(self, action: int) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+        reward, state = self.model(self.state, action)
+        self.steps += 1
+        terminated = state is None
+        self.state = self.state if state is None else state
+        truncated = not terminated and self.steps >= self.limit
+        return self.see(self.state), reward, terminated, truncated, {}
+
+
+@pytest.fixture
+def chain() -> type[Chain]:
+    """The five-state chain, to be made with a time limit."""
+    return Chain
+
+
+@pytest.fixture
+def no_temporaries(tmp_path: Path) -> Callable[[], bool]:
+    """Whether a test's folder is free of half-written files, hidden ones too."""
+    return lambda: not [path for path in tmp_path.rglob("*") if ".tmp" in path.name]
