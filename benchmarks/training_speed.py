@@ -105,10 +105,10 @@ def main() -> None:
     )
     print(f"{'':20}{'median steps/s':>16}{'lowest':>10}{'highest':>10}")
     for name, values in rates.items():
-        print(f"{name:20}{statistics.median(values):16,.0f}{min(values):10,.0f}{max(values):10,.0f}")
-    print(
-        f"{'ratio':20}{statistics.median(ratios):16.1f}{min(ratios):10.1f}{max(ratios):10.1f}"
-    )
+        print(
+            f"{name:20}{statistics.median(values):16,.0f}{min(values):10,.0f}{max(values):10,.0f}"
+        )
+    print(f"{'ratio':20}{statistics.median(ratios):16.1f}{min(ratios):10.1f}{max(ratios):10.1f}")
 
 
 if __name__ == "__main__":

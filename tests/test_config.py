@@ -152,7 +152,7 @@ def other_value(kind: Any, value: Any) -> Any:
         return value + 1
     if kind is float:
         return value + 0.001
-    return "CartPole-v1" if kind is str else (*value, 7)
+    return "CartPole-v1" if kind is str else [*value, 7]
 
 
 def places() -> list[tuple[str | None, str]]:

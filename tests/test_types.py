@@ -16,7 +16,9 @@ def words_of(records: np.ndarray) -> np.ndarray:
     return records.view(np.float32).reshape(len(records), -1)
 
 
-@pytest.mark.parametrize("unpack", [unpack_transitions, jax.jit(unpack_transitions, static_argnums=1)])
+@pytest.mark.parametrize(
+    "unpack", [unpack_transitions, jax.jit(unpack_transitions, static_argnums=1)]
+)
 def test_transitions_come_back_from_their_words(unpack):
     records = np.array(RECORDS, transition_dtype(2))
     batch = unpack(words_of(records), 2)

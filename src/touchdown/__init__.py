@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from touchdown.config import Config
-    from touchdown.errors import UserError
+    from touchdown.errors import Interrupted, UserError
     from touchdown.presets import PRESETS, preset
-    from touchdown.runs.train import Interrupted
     from touchdown.verbs import Run, evaluate, fly, resume, runs, show, train, tune_pid
 
 _HOMES = {
     "Config": "config",
-    "Interrupted": "runs.train",
+    "Interrupted": "errors",
     "PRESETS": "presets",
     "Run": "verbs",
     "UserError": "errors",

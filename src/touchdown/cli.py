@@ -1,12 +1,13 @@
 """The command line: each verb parses its flags and hands over to one function."""
 
+import difflib
 import io
 import json
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import redirect_stderr
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -24,7 +25,7 @@ from touchdown.config import (
     TrainingConfig,
     from_toml,
 )
-from touchdown.errors import UserError, one_line
+from touchdown.errors import Interrupted, UserError, one_line
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -89,7 +90,10 @@ class Train:
     def settings(self) -> Config:
         """The flags as a config."""
         sections = {name: getattr(self, name) for name in SECTIONS}
-        return Config(preset=self.preset, seed=self.seed, env_id=self.env_id, **sections)
+        try:
+            return Config(preset=self.preset, seed=self.seed, env_id=self.env_id, **sections)
+        except ValueError as error:
+            raise UserError(one_line(error)) from None
 
     def run(self, console: "Console") -> None:
         """Hand over to `verbs.train` or `verbs.resume`."""
@@ -250,6 +254,14 @@ class Show:
 
 
 Verb = Train | Evaluate | Fly | Tune | Runs | Show
+VERBS: dict[str, type[Verb]] = {
+    "train": Train,
+    "evaluate": Evaluate,
+    "fly": Fly,
+    "tune": Tune,
+    "runs": Runs,
+    "show": Show,
+}
 
 
 def _print_json(value: object) -> None:
@@ -260,15 +272,19 @@ def _train_defaults(argv: Sequence[str]) -> Train:
     """Defaults for `train`'s flags: they hang on the preset and the TOML file given beside them."""
     if not argv or argv[0] != "train":
         return Train()
-    name = argv[1] if len(argv) > 1 and not argv[1].startswith("-") else "pilot"
-    config = presets.preset(name)
+    given = _preset_in(argv)
+    config = presets.preset(given or "pilot")
     file = _value_of(argv, "--config")
     if file is not None:
         config = from_toml(Path(file), config)
-        if name not in argv[1:2]:
-            name = config.preset
     sections = {section: getattr(config, section) for section in SECTIONS}
-    return Train(preset=name, seed=config.seed, env_id=config.env_id, **sections)
+    return Train(preset=given or config.preset, seed=config.seed, env_id=config.env_id, **sections)
+
+
+def _preset_in(argv: Sequence[str]) -> str | None:
+    if len(argv) > 1 and argv[0] == "train" and not argv[1].startswith("-"):
+        return argv[1]
+    return None
 
 
 def _value_of(argv: Sequence[str], flag: str) -> str | None:
@@ -287,7 +303,11 @@ def parse(argv: Sequence[str]) -> Verb:
         UserError: they are not of the verb's form.
         SystemExit: help was printed.
     """
+    if argv and not argv[0].startswith("-") and argv[0] not in VERBS:
+        raise UserError(f"verb {argv[0]!r}: unknown; choose one of {', '.join(VERBS)}")
     defaults = _train_defaults(argv)
+    # the preset is known by now; without it in the way, --help shows where it goes
+    rest = argv[2:] if _preset_in(argv) else argv[1:]
     verbs = (
         Annotated[Train, subcommand("train", default=defaults)]
         | Annotated[Evaluate, subcommand("evaluate")]
@@ -299,9 +319,9 @@ def parse(argv: Sequence[str]) -> Verb:
     complaint = io.StringIO()
     try:
         with redirect_stderr(complaint):
-            return tyro.cli(
+            verb: Verb = tyro.cli(
                 verbs,  # pyright: ignore[reportArgumentType] - a union of types is a type to tyro
-                args=list(argv),
+                args=[*argv[:1], *rest],
                 prog="touchdown",
                 description="A deep Q-learning laboratory for the lunar lander.",
                 config=(OmitArgPrefixes,),
@@ -309,19 +329,49 @@ def parse(argv: Sequence[str]) -> Verb:
     except SystemExit as error:
         if error.code in (0, None):
             raise
-        raise UserError(_unboxed(complaint.getvalue())) from None
+        raise UserError(_one_line_of(complaint.getvalue(), argv)) from None
+    if isinstance(verb, Train) and verb.preset != defaults.preset:
+        raise UserError(f"preset {verb.preset!r}: must be given once, right after `train`")
+    return verb
 
 
-def _unboxed(complaint: str) -> str:
-    """The first paragraph of tyro's framed complaint, on one line."""
-    lines: list[str] = []
+def _one_line_of(complaint: str, argv: Sequence[str]) -> str:
+    """What tyro complains of, on one line, with the nearest flag where one is unknown."""
+    text = re.sub(r"^Error parsing (__tyro\S*: )?", "", _first_paragraph(complaint))
+    unknown = re.match(r"Unrecognized options: (--[^\s,=]+)", text)
+    if not unknown:
+        return text
+    flags = [f"--{name.replace('_', '-')}" for name in _field_names(argv[0])]
+    near = difflib.get_close_matches(unknown[1].replace("_", "-"), flags, n=1)
+    hint = f"did you mean {near[0]}?" if near else f"`touchdown {argv[0]} --help` lists them"
+    return f"{unknown[1]}: unknown option; {hint}"
+
+
+def _field_names(verb: str) -> Iterator[str]:
+    for item in fields(VERBS[verb]):
+        if item.name in SECTIONS:
+            yield from (inner.name for inner in fields(SECTIONS[item.name]))
+        else:
+            yield item.name
+
+
+def _first_paragraph(complaint: str) -> str:
+    """The first paragraph of tyro's complaint, without its frame and its title.
+
+    Paragraphs are parted by ruled lines. Where the terminal speaks no UTF-8 there is no frame, and
+    the title is a paragraph of its own.
+    """
+    paragraphs: list[list[str]] = [[]]
     for line in complaint.splitlines():
-        text = re.sub(r"^[│|]|[│|]$", "", line.strip()).strip()
-        if lines and re.match(r"^[─├╰-]{3,}", text):
-            break
-        if text and not re.match(r"^[╭─├╰-]", text):
-            lines.append(text)
-    return " ".join(" ".join(lines).split())
+        text = line.strip(" │")
+        if text[:1] in ("╭", "╰"):
+            continue
+        if text and not text.strip("─-"):
+            paragraphs.append([])
+        else:
+            paragraphs[-1].append(text)
+    framed = "╭" in complaint
+    return " ".join(" ".join(paragraphs[0 if framed else 1]).split())
 
 
 def main(argv: Sequence[str] | None = None) -> None:
@@ -337,6 +387,8 @@ def main(argv: Sequence[str] | None = None) -> None:
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         _fail(f"{where}{error.strerror or one_line(error)}")
+    except Interrupted as stopped:
+        _fail(str(stopped), INTERRUPTED)
     except KeyboardInterrupt:
         _fail("stopped", INTERRUPTED)
 

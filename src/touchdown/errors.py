@@ -1,4 +1,4 @@
-"""The one exception whose message is meant for the person at the keyboard."""
+"""Exceptions whose message is meant for the person at the keyboard."""
 
 
 class UserError(Exception):
@@ -8,7 +8,15 @@ class UserError(Exception):
     """
 
 
+class Interrupted(Exception):  # noqa: N818 - no error: the run was saved as asked
+    """A run was asked to stop, and has saved where it was."""
+
+
 def one_line(error: BaseException) -> str:
-    """An exception's message on one line, or its type where it has none."""
-    text = " ".join(str(error).split())
+    """An exception's message on one line, or its type where it has none.
+
+    Of an error of the system only what it says: its path is named by whoever reports it.
+    """
+    said = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+    text = " ".join(said.split())
     return text or type(error).__name__

@@ -11,7 +11,7 @@ from rich.console import Console
 from touchdown import files, progress, tables
 from touchdown.config import Config
 from touchdown.control.pid import PIDConfig, Rule
-from touchdown.errors import UserError, one_line
+from touchdown.errors import Interrupted, UserError, one_line
 from touchdown.figures import curve
 from touchdown.figures import flights as flight_figure
 from touchdown.lander import env as lander
@@ -26,7 +26,7 @@ from touchdown.runs.evaluate import Fleet
 from touchdown.runs.evaluation import Evaluation
 from touchdown.runs.folder import DEFAULT_RUNS, RunFolder
 from touchdown.runs.pilots import NamedPilot
-from touchdown.runs.train import Interrupted, Trainer
+from touchdown.runs.train import Trainer
 from touchdown.seeding import TEST_STARTS
 
 OVERLAID = 6  # starts whose flights are drawn over each other: more hide each other
@@ -128,7 +128,18 @@ def resume(run: str, *, runs_dir: Path | str = DEFAULT_RUNS, console: Console | 
 
 
 def _complete(folder: RunFolder, console: Console | None) -> Run:
-    shown = console or Console(quiet=True)
+    """Whatever a run still lacks: training, choice, test, pictures."""
+    try:
+        return _completed(folder, console or Console(quiet=True))
+    except Interrupted:
+        where = folder.path.parent
+        place = "" if where == DEFAULT_RUNS else f" --runs-dir {where}"
+        raise Interrupted(
+            f"stopped and saved; go on with: touchdown train --resume {folder.name}{place}"
+        ) from None
+
+
+def _completed(folder: RunFolder, shown: Console) -> Run:
     config = folder.config()
     began = time.monotonic()
     training = config.training
@@ -214,6 +225,7 @@ def _draw(run: Run, tested: Sequence[Evaluation]) -> None:
         files.read_jsonl(run.folder.validations),
         _chosen_observations(run),
         f"{run.name} on {run.config.env_id}",
+        threshold=evaluations.threshold_of(run.config.env_id),
     )
 
 

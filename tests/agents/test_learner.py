@@ -79,10 +79,8 @@ def slow_gradient(
             gradient[i][0][:] += np.outer(back, inputs[i])
             gradient[i][1][:] += back
             back = (online[i][0].T @ back) * (inputs[i] > 0)
-    for weight, bias in gradient:
-        weight /= len(batch)
-        bias /= len(batch)
-    return loss / len(batch), gradient
+    mean = [(weight / len(batch), bias / len(batch)) for weight, bias in gradient]
+    return loss / len(batch), mean
 
 
 def norm_of(gradient: Layers) -> float:
@@ -94,6 +92,7 @@ def slow_update(
     online: Layers,
     target: Layers | None,
     moments: Moments,
+    *,
     number: int,
     batch: np.ndarray,
 ) -> tuple[float, float]:
@@ -106,7 +105,7 @@ def slow_update(
             m[:] = 0.9 * m + 0.1 * clip * g
             v[:] = 0.999 * v + 0.001 * (clip * g) ** 2
             m_hat, v_hat = m / (1 - 0.9**number), v / (1 - 0.999**number)
-            theta -= config.learning_rate * m_hat / (np.sqrt(v_hat) + 1e-8)
+            theta[:] = theta - config.learning_rate * m_hat / (np.sqrt(v_hat) + 1e-8)
     return loss, norm
 
 
@@ -131,7 +130,7 @@ def test_updates_equal_backpropagation_and_adam_by_hand(config: LearningConfig, 
     config = LearningConfig(
         **{name: getattr(config, name) for name in ("loss", "reward_scale", "max_grad_norm")},
         target_period=config.target_period,
-        learning_rate=0.01,
+        learning_rate=0.001,
     )
     state = learner.init_learner(network, config, seed=0)
     if config.target_period:
@@ -147,7 +146,7 @@ def test_updates_equal_backpropagation_and_adam_by_hand(config: LearningConfig, 
         batch = random_batch(number, reward=reward)
         q_tm1 = np.array([forward(online, row["o_tm1"].astype(float))[-1] for row in batch])
         state, metrics = update(state, words_of(batch))
-        loss, norm = slow_update(config, online, target, moments, number, batch)
+        loss, norm = slow_update(config, online, target, moments, number=number, batch=batch)
         for fast, slow in zip(layers_of(network, state.online_params), online, strict=True):
             assert_allclose(fast[0], slow[0], rtol=0, atol=1e-5)
             assert_allclose(fast[1], slow[1], rtol=0, atol=1e-5)

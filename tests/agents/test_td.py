@@ -45,9 +45,7 @@ def test_a_batch_is_its_transitions_one_by_one():
     q_tm1, q_t = rng.normal(size=(2, 64, 4))
     a_tm1 = rng.integers(4, size=64)
     r_t, discount_t = rng.normal(size=64), rng.choice([0.0, 0.9], 64)
-    slow = [
-        r_t[i] + discount_t[i] * max(q_t[i].tolist()) - q_tm1[i][a_tm1[i]] for i in range(64)
-    ]
+    slow = [r_t[i] + discount_t[i] * max(q_t[i].tolist()) - q_tm1[i][a_tm1[i]] for i in range(64)]
     assert_allclose(error_of(q_tm1, a_tm1, r_t, discount_t, q_t), slow, rtol=1e-5, atol=1e-6)
 
 

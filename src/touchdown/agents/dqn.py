@@ -64,7 +64,8 @@ class GreedyPilot:
             rows = observations[first : first + _ROWS]
             padded = np.zeros((_ROWS, rows.shape[1]), np.float32)
             padded[: len(rows)] = rows
-            actions.append(np.asarray(self._values(self._params, padded))[: len(rows)].argmax(1))
+            q = cast(jax.Array, self._values(self._params, padded))
+            actions.append(np.asarray(q)[: len(rows)].argmax(axis=1))
         return np.concatenate(actions)
 
 

@@ -98,6 +98,6 @@ def make_update(network: QNetwork, config: LearningConfig) -> Update:
             opt_state=opt_state,
             num_updates=state.num_updates + 1,
         )
-        return new_state, Metrics(loss, q_tm1.mean(), q_tm1.max(), optax.global_norm(gradient))
+        return new_state, Metrics(loss, q_tm1.mean(), q_tm1.max(), jnp.linalg.norm(gradient))
 
     return update

@@ -69,4 +69,4 @@ class QNetwork:
 
 def _split(module: eqx.Module) -> tuple[Any, Any]:
     """A module's arrays, and the rest of it."""
-    return eqx.partition(module, eqx.is_array)
+    return cast(tuple[Any, Any], eqx.partition(module, eqx.is_array))

@@ -14,7 +14,7 @@ _GROUND_LIT, _GROUND_DEEP = np.array([150, 152, 164.0]), np.array([23, 24, 33.0]
 _GROUND_DEPTH = 1.5  # metres in which the light falls to 1/e
 _SUN = np.array([-0.55, 0.835])  # towards the light
 _STARS = 110
-_CRATERS = 16
+_CRATERS, _FLATTENED = 16, 0.42  # seen from the side
 _EARTH = (16.9, 11.5, 0.72)  # x, y, radius in metres
 _SLAB = 0.1  # thickness of the pad in metres
 _FLAG_HEIGHT = 50 / 30  # metres, as in Gymnasium's picture
@@ -22,11 +22,22 @@ _PAD_COLOUR, _PAD_SHADE, _POLE = (236, 239, 247), (128, 132, 150), (205, 209, 22
 _FLAG, _FLAG_SHADE = (255, 196, 61), (222, 150, 30)
 
 
+_Part = tuple[slice, slice]  # rows and columns
+
+
 class _Grid(NamedTuple):
     """The middles of the picture's pixels in metres."""
 
     xs: FloatArray  # [columns]
     ys: FloatArray  # [rows], downwards
+
+    def around(self, x: float, y: float, half_width: float, half_height: float) -> _Part:
+        """The pixels in a box."""
+        columns = np.flatnonzero(np.abs(self.xs - x) <= half_width)
+        rows = np.flatnonzero(np.abs(self.ys - y) <= half_height)
+        if not (len(columns) and len(rows)):
+            return slice(0), slice(0)
+        return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
 
 
 def backdrop(canvas: Canvas, terrain: Terrain, seed: int) -> Image.Image:
@@ -74,7 +85,9 @@ def _add_stars(pixels: FloatArray, canvas: Canvas, rng: np.random.Generator) -> 
 
 def _add_earth(pixels: FloatArray, canvas: Canvas, grid: _Grid) -> None:
     x, y, radius = _EARTH
-    across, up = (grid.xs - x) / radius, ((grid.ys - y) / radius)[:, None]
+    rows, columns = grid.around(x, y, 2 * radius, 2 * radius)
+    pixels = pixels[rows, columns]
+    across, up = (grid.xs[columns] - x) / radius, ((grid.ys[rows] - y) / radius)[:, None]
     distance = np.hypot(across, up)
     edge = radius * canvas.pixels_per_metre
     cover = np.clip((1 - distance) * edge + 0.5, 0, 1)[..., None]
@@ -86,7 +99,7 @@ def _add_earth(pixels: FloatArray, canvas: Canvas, grid: _Grid) -> None:
     clouds = np.clip(0.8 * swirl - 0.35, 0, 0.6)[..., None]
     sea, cloud = np.array([52, 112, 186.0]), np.array([226, 236, 246.0])
     pixels += (((sea + (cloud - sea) * clouds) * light) - pixels) * cover
-    halo = np.exp(-np.clip(distance - 1, 0, None) * 5)[..., None] * (1 - cover)
+    halo = np.clip(2 - distance, 0, 1)[..., None] ** 4 * (1 - cover)
     pixels += np.array([26, 44, 74.0]) * 0.55 * halo
 
 
@@ -109,6 +122,7 @@ def _add_moon(
     below = _blurred(surface, 1.6 * canvas.pixels_per_metre) - grid.ys[:, None]
     fall = np.exp(-np.clip(below, 0, None) / _GROUND_DEPTH)[..., None]
     light = 0.5 + 0.3 * _blurred(lit, 1.6 * canvas.pixels_per_metre)
+    fall *= np.clip((grid.ys + 0.2) / 0.8, 0, 1)[:, None, None]  # the dials need a dark ground
     ground = _GROUND_DEEP + (_GROUND_LIT - _GROUND_DEEP) * fall * light[:, None]
     ground *= _craters(grid, terrain, rng)[..., None]
     rim = np.exp(-np.clip(across, 0, None) / canvas.pixels(1.3)) * (0.25 + 0.5 * lit)
@@ -132,14 +146,16 @@ def _craters(grid: _Grid, terrain: Terrain, rng: np.random.Generator) -> FloatAr
         y = float(np.interp(x, terrain.xs, terrain.heights)) - below
         if y - radius < 0:  # the dials are there
             continue
-        across, up = (grid.xs - x) / radius, ((grid.ys - y) / (0.42 * radius))[:, None]
+        rows, columns = grid.around(x, y, 1.4 * radius, 1.4 * _FLATTENED * radius)
+        across = (grid.xs[columns] - x) / radius
+        up = (grid.ys[rows, None] - y) / (_FLATTENED * radius)
         distance = np.hypot(across, up)
         away = _SUN[0] * -across - _SUN[1] * up  # from the sun, in radii
         inside = np.clip((1 - distance) * 5, 0, 1)
         wall = np.exp(-(((distance - 1) / 0.14) ** 2))
         # the wall towards the sun lies in shadow, the one away from it is lit
         shade = inside * (0.16 * away - 0.2) + wall * 0.3 * np.clip(away, 0, 1)
-        factors *= 1 + shade * np.exp(-below / 2.4)
+        factors[rows, columns] *= 1 + shade * np.exp(-below / 2.4)
     return factors
 
 

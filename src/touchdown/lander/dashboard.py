@@ -19,6 +19,7 @@ OUTCOME_COLOURS: dict[Outcome, tuple[int, int, int]] = {
     "terminated": (214, 220, 232),
 }
 _BRIGHT, _MUTED, _DARK = (240, 243, 250), (150, 156, 174), (62, 65, 78)
+_NIGHT = (9, 12, 28)
 _DIALS = (22, 92, 172, 246, 336, 426, 506)  # left edges on the 600-pixel picture
 _LAMPS = (
     # triangles around the lamp's centre, pointing the way that the engine pushes
@@ -77,11 +78,19 @@ def velocity(flight: Flight, step: int) -> tuple[float, float]:
 def draw_outcome(picture: Image.Image, canvas: Canvas, flight: Flight) -> None:
     """How it ended and the final return, in large letters."""
     draw = ImageDraw.Draw(picture)
-    text, colour = flight.outcome.upper(), OUTCOME_COLOURS[flight.outcome]
-    large, small = font(canvas.pixels(42), bold=True), font(canvas.pixels(18), bold=True)
-    draw.text(_at(canvas, 300, 128), text, colour, large, anchor="mm")
-    below = f"return {_signed(flight.episode_return, 1)}"
-    draw.text(_at(canvas, 300, 166), below, _BRIGHT, small, anchor="mm")
+    for text, y, size, colour in (
+        (flight.outcome.upper(), 128, 42, OUTCOME_COLOURS[flight.outcome]),
+        (f"return {_signed(flight.episode_return, 1)}", 166, 18, _BRIGHT),
+    ):
+        draw.text(
+            _at(canvas, 300, y),
+            text,
+            colour,
+            font(canvas.pixels(size), bold=True),
+            anchor="mm",
+            stroke_width=round(canvas.pixels(2)),  # a lander may be behind it
+            stroke_fill=_NIGHT,
+        )
 
 
 def draw_verdict(picture: Image.Image, canvas: Canvas, flight: Flight) -> None:

@@ -2,7 +2,9 @@
 
 import io
 import json
-from collections.abc import Sequence
+import os
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, cast, get_args
@@ -95,11 +97,12 @@ def record_flight(pilot: Pilot, env_id: str, seed: int, name: str) -> Flight:
     Raises:
         UserError: there is no such environment, or it cannot be made.
     """
-    world = lander.make(env_id, render_mode=None if lander.is_lander(env_id) else "rgb_array")
-    try:
-        return fly(world, pilot, env_id, seed, name)
-    finally:
-        world.env.close()
+    with _sdl_without_display():
+        world = lander.make(env_id, render_mode=None if lander.is_lander(env_id) else "rgb_array")
+        try:
+            return fly(world, pilot, env_id, seed, name)
+        finally:
+            world.env.close()
 
 
 def fly(world: World, pilot: Pilot, env_id: str, seed: int, name: str) -> Flight:
@@ -182,6 +185,18 @@ def load_flights(path: Path) -> list[Flight]:
         raise UserError(f"{path}: not recorded flights: {one_line(error)}") from None
 
 
+@contextmanager
+def _sdl_without_display() -> Generator[None]:
+    """Let worlds that draw with SDL draw where there is no display, without looking for one."""
+    before = os.environ.get("SDL_VIDEODRIVER")
+    os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
+    try:
+        yield
+    finally:
+        if before is None:
+            os.environ.pop("SDL_VIDEODRIVER", None)
+
+
 def _bodies(env: lander.Env) -> list[list[float]]:
     inside: Any = env.unwrapped
     if not hasattr(inside, "lander"):
@@ -236,10 +251,16 @@ def _flight(facts: dict[str, Any], tensors: Tensors, prefix: str) -> Flight:
         if name.startswith(prefix)
     }
     steps = len(own["actions"])
-    lengths = {"observations": steps + 1, "rewards": steps, "bodies": steps + 1}
-    for name, length in (lengths | {"frame_sizes": steps + 1}).items():
-        if name in own and len(own[name]) != length:
-            raise ValueError(f"{prefix}{name} has {len(own[name])} rows, must have {length}")
+    shapes = {
+        "observations": (steps + 1, *own["observations"].shape[1:]),
+        "actions": (steps,),
+        "rewards": (steps,),
+        "bodies": (steps + 1, 3, 3),
+        "frame_sizes": (steps + 1,),
+    }
+    for name, shape in shapes.items():
+        if name in own and own[name].shape != shape:
+            raise ValueError(f"{prefix}{name} is {own[name].shape}, must be {shape}")
     if facts["outcome"] not in get_args(Outcome):
         raise ValueError(f"outcome {facts['outcome']!r}: must be one of {get_args(Outcome)}")
     terrain = frames = None
@@ -248,6 +269,8 @@ def _flight(facts: dict[str, Any], tensors: Tensors, prefix: str) -> Flight:
         terrain = Terrain(xs.copy(), heights.copy(), *own["helipad"].tolist())
     if "frames" in own:
         data, ends = own["frames"].tobytes(), own["frame_sizes"].cumsum().tolist()
+        if ends[-1] != len(data):
+            raise ValueError(f"{prefix}frames is {len(data)} bytes, must be {ends[-1]}")
         frames = tuple(data[a:b] for a, b in zip([0, *ends], ends, strict=False))
     return Flight(
         env_id=facts["env_id"],

@@ -3,6 +3,7 @@
 import io
 import os
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
@@ -87,7 +88,8 @@ def write_gif(flights: Flight | Sequence[Flight], path: Path, fps: int = _GIF_FP
 
     def frames() -> Iterator[Image.Image]:
         for image, seconds in chain.from_iterable(pictures(flight, fps) for flight in shown):
-            durations.append(round(1000 * seconds))  # the writer reads it after taking the picture
+            # the format counts hundredths; the writer reads a duration after taking its picture
+            durations.append(10 * round(100 * seconds))
             yield image.quantize(palette=palette, dither=Image.Dither.NONE)
 
     def write(temporary: Path) -> None:
@@ -161,21 +163,33 @@ def show_window(env_id: str, pilot: Pilot, seed: int, name: str) -> Flight:
     Raises:
         UserError: there is no display, or the environment cannot be made.
     """
-    # not at the top: Gymnasium has to come first, to keep pygame from printing a greeting
-    import pygame  # noqa: PLC0415
-
+    _check_display()
     world = lander.make(env_id, render_mode="human")
     try:
         flight = fly(world, pilot, env_id, seed, name)
         time.sleep(HOLD_SECONDS)
-    except pygame.error as error:
-        raise UserError(
-            f"window: needs a display and there is none ({one_line(error)}); "
-            "write a .gif or .mp4 instead"
-        ) from None
     finally:
         world.env.close()
     return flight
+
+
+def _check_display() -> None:
+    # not at the top: Gymnasium has to come first, to keep pygame from printing a greeting
+    import pygame  # noqa: PLC0415
+
+    none_here = UserError("window: there is no display here; write a .gif or .mp4 instead")
+    chosen = "SDL_VIDEODRIVER" in os.environ
+    servers = "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ
+    if sys.platform == "linux" and not (chosen or servers):
+        raise none_here
+    try:
+        pygame.display.init()
+    except pygame.error:
+        raise none_here from None
+    # SDL falls back on this one rather than fail
+    if pygame.display.get_driver() == "offscreen" and not chosen:
+        pygame.display.quit()
+        raise none_here
 
 
 def _as_sequence(flights: Flight | Sequence[Flight]) -> Sequence[Flight]:

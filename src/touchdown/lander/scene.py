@@ -66,12 +66,7 @@ class Scene:
         last = self.flight.steps
         picture = self._still.copy()
         self._draw_trail(picture, last, fading=False)
-        drawn = [last]
-        stride = round(_GHOST_SECONDS * self.flight.steps_per_second)
-        for step in range(last - stride, -1, -stride):
-            if min(dist(self._hull(step), self._hull(other)) for other in drawn) > _GHOST_DISTANCE:
-                drawn.append(step)
-        for step in reversed(drawn[1:]):
+        for step in self.ghosts():
             opacity = 0.3 + 0.35 * step / last
             self._draw_lander(picture, step, self._engines(max(step - 2, 0), step), opacity)
         engines = self._engines(last - 1, last)
@@ -79,6 +74,15 @@ class Scene:
         dashboard.draw_dials(picture, self.canvas, self.flight, last, engines)
         dashboard.draw_verdict(picture, self.canvas, self.flight)
         return picture
+
+    def ghosts(self) -> list[int]:
+        """Steps half a second apart, in order, at which the lander is clear of its later places."""
+        apart = [self.flight.steps]
+        stride = round(_GHOST_SECONDS * self.flight.steps_per_second)
+        for step in range(self.flight.steps - stride, -1, -stride):
+            if min(dist(self._hull(step), self._hull(other)) for other in apart) > _GHOST_DISTANCE:
+                apart.append(step)
+        return apart[:0:-1]
 
     def _hull(self, step: int) -> Point:
         return float(self._bodies[step, 0, 0]), float(self._bodies[step, 0, 1])

@@ -1,5 +1,6 @@
 """A run's folder: what lies where, how a new one is named, and how one is found."""
 
+import fcntl
 import os
 import platform
 import subprocess
@@ -7,6 +8,7 @@ import sys
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
+from typing import IO
 
 from touchdown import config as configs
 from touchdown import files
@@ -129,6 +131,21 @@ def _claim(runs_dir: Path, name: str | None, default: str) -> Path:
             number += 1
         else:
             return path
+
+
+def lock(folder: RunFolder) -> IO[bytes]:
+    """The right to write to a run, until the file given back is closed or its process dies.
+
+    Raises:
+        UserError: another process is training the run.
+    """
+    file = (folder.path / "lock").open("ab")
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        file.close()
+        raise UserError(f"run {folder.name!r}: another process is training it") from None
+    return file
 
 
 def find(name: str, runs_dir: Path = DEFAULT_RUNS) -> RunFolder:

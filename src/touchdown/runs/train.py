@@ -11,9 +11,10 @@ from touchdown import files
 from touchdown.agents.dqn import DQNAgent, Spaces
 from touchdown.agents.learner import Metrics
 from touchdown.config import Config
-from touchdown.errors import UserError
+from touchdown.errors import Interrupted, UserError
 from touchdown.lander import env as lander
 from touchdown.runs import checkpoint, pilots
+from touchdown.runs import folder as folders
 from touchdown.runs.checkpoint import Finalist
 from touchdown.runs.evaluate import Fleet
 from touchdown.runs.folder import RunFolder
@@ -37,10 +38,6 @@ class Status:
     recent_time_limit_share: float
     steps_per_second: float
     seconds_left: float
-
-
-class Interrupted(Exception):  # noqa: N818 - it is no error: the run was saved as asked
-    """Training was asked to stop, and has saved where it was."""
 
 
 class _Budget:
@@ -80,6 +77,7 @@ class Trainer:
     ) -> None:
         self._folder = folder
         self._config = config = folder.config()
+        self._lock = folders.lock(folder)
         self._should_stop = should_stop
         self._on_status = on_status
         self._on_phase = on_phase
@@ -112,10 +110,11 @@ class Trainer:
                 raise UserError(f"{path}: shorter than its checkpoint says; it was altered")
 
     def close(self) -> None:
-        """Give back files and environments."""
+        """Give back files, environments and the right to write to the run."""
         self._recorder.close()
         self._fleet.close()
         self._world.env.close()
+        self._lock.close()
 
     def run(self) -> None:
         """Train to the end, choose the best checkpoint and write it.

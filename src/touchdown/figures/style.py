@@ -1,0 +1,77 @@
+"""How figures look, and how they become files."""
+
+from pathlib import Path
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from touchdown import files
+from touchdown.errors import UserError, one_line
+
+# Okabe and Ito's colours, which all kinds of colour vision tell apart
+BLUE, ORANGE, GREEN, RED, PURPLE = "#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7"
+INK, MUTED, FAINT = "#1d2330", "#6b7280", "#d9dce3"
+
+_DPI = 200  # twice matplotlib's, for sharp screens
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """An empty figure outside of pyplot, which would keep it.
+
+    Args:
+        width: inches.
+        height: inches.
+    """
+    return Figure(figsize=(width, height), dpi=_DPI, layout="constrained", facecolor="white")
+
+
+def tidy(ax: Axes) -> Axes:
+    """Take away what carries no numbers, and put a quiet grid behind what does."""
+    for side in ("top", "right"):
+        ax.spines[side].set_visible(False)
+    for side in ("left", "bottom"):
+        ax.spines[side].set_color(FAINT)
+    ax.tick_params(color=FAINT, labelcolor=MUTED, labelsize=8)
+    ax.grid(visible=True, color=FAINT, linewidth=0.5, alpha=0.6)
+    ax.set_axisbelow(True)
+    ax.xaxis.label.set(color=MUTED, fontsize=9)
+    ax.yaxis.label.set(color=MUTED, fontsize=9)
+    return ax
+
+
+def legend_above(ax: Axes) -> None:
+    """A legend in one line above the axes, of all that has a label."""
+    handles, labels = ax.get_legend_handles_labels()
+    ax.legend(
+        handles,
+        labels,
+        loc="lower left",
+        bbox_to_anchor=(-0.01, 1.0),
+        ncols=max(len(handles), 1),
+        frameon=False,
+        fontsize=8,
+        labelcolor=INK,
+        columnspacing=1.4,
+        handletextpad=0.5,
+        borderpad=0.2,
+    )
+
+
+def title(figure: Figure, text: str) -> None:
+    """A heading at the left edge."""
+    figure.suptitle(text, x=0.012, ha="left", color=INK, fontsize=12, fontweight="bold")
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure as PNG, whole or not at all, and empty it.
+
+    Raises:
+        UserError: the file cannot be written.
+    """
+    try:
+        files.write_through(path, lambda temporary: figure.savefig(temporary, format="png"))
+    except OSError as error:
+        reason = error.strerror or one_line(error)
+        raise UserError(f"{path}: cannot be written: {reason}") from None
+    finally:
+        figure.clear()

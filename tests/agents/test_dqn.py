@@ -1,0 +1,255 @@
+from collections.abc import Callable
+from itertools import islice, pairwise
+
+import numpy as np
+import pytest
+from numpy.random import default_rng
+
+from touchdown.agents.dqn import DQNAgent, GreedyPilot
+from touchdown.agents.learner import Metrics
+from touchdown.agents.networks import QNetwork
+from touchdown.runs.loop import interact
+
+NewAgent = Callable[..., DQNAgent]
+GREEDY = {"schedule": "constant", "epsilon_start": 0.0}
+
+
+def random_observations(count: int, seed: int = 0) -> np.ndarray:
+    return default_rng(seed).normal(size=(count, 5)).astype(np.float32) * 3
+
+
+def feed(agent: DQNAgent, count: int, reward: float = -1.0) -> list[Metrics | None]:
+    """Random transitions; the agent's first observation is of a new episode."""
+    if agent.observations == 0:
+        agent.begin_episode(0)
+    rows = random_observations(count + 1, seed=agent.observations)
+    return [
+        agent.observe(o_tm1, i % 2, reward, o_t, terminated=False)
+        for i, (o_tm1, o_t) in enumerate(pairwise(rows))
+    ]
+
+
+def online(agent: DQNAgent) -> np.ndarray:
+    return np.array(agent.state.online_params)
+
+
+def target(agent: DQNAgent) -> np.ndarray:
+    return np.array(agent.state.target_params)
+
+
+def greedy_action(agent: DQNAgent, observation: np.ndarray) -> int:
+    values = agent.network.values(agent.state.online_params, observation[None])
+    return int(np.argmax(np.asarray(values)[0]))
+
+
+# --- what is remembered ---
+
+
+def test_a_truncated_step_still_bootstraps_and_a_terminated_one_does_not(
+    new_agent: NewAgent, chain
+):
+    agent = new_agent(
+        replay={"min_size": 1_000},
+        exploration={"schedule": "constant", "epsilon_start": 1.0},
+        learning={"gamma": 0.7},
+    )
+    steps = list(islice(interact(agent, chain(limit=3), lambda episode: episode), 300))
+    records = agent.memory.ring.records
+    assert len(records) == len(steps) == 300
+    ends = {True: 0, False: 0}
+    for step, record in zip(steps, records, strict=True):
+        assert record["discount_t"] == np.float32(0.0 if step.terminated else 0.7)
+        assert record["terminated"] == step.terminated
+        assert np.array_equal(record["o_t"], step.o_t)  # before the reset
+        if step.terminated or step.truncated:
+            ends[step.terminated] += 1
+    assert min(ends.values()) > 10  # both kinds of end were seen
+
+
+def test_a_rewarded_transition_is_remembered_tau_times_more(new_agent: NewAgent):
+    agent = new_agent(replay={"min_size": 1_000, "resaves": 3, "resave_threshold": 0.5})
+    feed(agent, 2, reward=0.5)  # at the threshold exactly: not rewarded
+    assert len(agent.memory) == 2
+    feed(agent, 1, reward=0.75)
+    assert len(agent.memory) == 2 + 4
+    assert agent.observations == 3  # copies are no observations
+
+
+# --- when it learns ---
+
+
+def test_no_update_before_the_memory_holds_its_least(new_agent: NewAgent):
+    agent = new_agent(replay={"min_size": 8})
+    before = online(agent)
+    assert feed(agent, 7) == [None] * 7
+    assert np.array_equal(online(agent), before)
+    (metrics,) = feed(agent, 1)
+    assert metrics is not None
+    assert not np.array_equal(online(agent), before)
+    assert all(metrics is not None for metrics in feed(agent, 5))
+    assert int(agent.state.num_updates) == 6
+
+
+def test_updates_come_once_a_period(new_agent: NewAgent):
+    agent = new_agent(replay={"min_size": 5}, learning={"update_period": 4})
+    learnt = [metrics is not None for metrics in feed(agent, 17)]
+    assert [i for i, did in enumerate(learnt, start=1) if did] == [8, 12, 16]
+    assert int(agent.state.num_updates) == 3
+
+
+def test_target_is_copied_once_a_period_and_not_between(new_agent: NewAgent):
+    agent = new_agent(replay={"min_size": 1}, learning={"target_period": 4})
+    held = target(agent)
+    for number in range(1, 14):
+        feed(agent, 1)
+        if number % 4 == 0:
+            assert np.array_equal(target(agent), online(agent))  # after this observation's update
+            assert not np.array_equal(target(agent), held)
+            held = target(agent)
+        else:
+            assert np.array_equal(target(agent), held)
+            assert not np.array_equal(target(agent), online(agent))
+
+
+def test_without_a_target_period_there_is_no_target_network(new_agent: NewAgent):
+    agent = new_agent()
+    feed(agent, 12)
+    assert agent.state.target_params is None
+
+
+# --- how it acts ---
+
+
+def test_epsilon_falls_once_an_episode_by_its_factor(new_agent: NewAgent):
+    agent = new_agent(
+        replay={"min_size": 1_000}, exploration={"epsilon_decay": 0.5, "epsilon_end": 0.2}
+    )
+    seen = []
+    for episode in range(4):
+        agent.begin_episode(episode)
+        seen.append(agent.epsilon)
+        feed(agent, 3)
+        assert agent.epsilon == seen[-1]  # not within an episode
+    assert seen == [1.0, 0.5, 0.25, 0.2]
+
+
+def test_epsilon_falls_in_a_line_within_an_episode(new_agent: NewAgent):
+    agent = new_agent(
+        replay={"min_size": 1_000},
+        exploration={"schedule": "linear", "epsilon_end": 0.0, "epsilon_duration": 4},
+    )
+    agent.begin_episode(0)
+    seen = [agent.epsilon]
+    for _ in range(5):
+        feed(agent, 1)
+        seen.append(agent.epsilon)
+    agent.begin_episode(1)
+    assert [*seen, agent.epsilon] == [1.0, 0.75, 0.5, 0.25, 0.0, 0.0, 0.0]
+
+
+def test_without_exploring_the_action_is_the_one_of_highest_value(new_agent: NewAgent):
+    agent = new_agent(exploration=GREEDY)
+    agent.begin_episode(0)
+    observations = random_observations(50)
+    actions = [agent.act(observation) for observation in observations]
+    assert actions == [greedy_action(agent, observation) for observation in observations]
+    assert set(actions) == {0, 1}
+
+
+def test_exploring_always_takes_every_action_equally_often(new_agent: NewAgent):
+    agent = new_agent(exploration={"schedule": "constant", "epsilon_start": 1.0})
+    agent.begin_episode(0)
+    observation = random_observations(1)[0]
+    mean = np.mean([agent.act(observation) for _ in range(2_000)])
+    assert mean == pytest.approx(0.5, abs=0.034)  # three standard deviations
+
+
+def test_the_action_that_the_update_looked_ahead_to_is_the_one_computed_apart(
+    new_agent: NewAgent,
+):
+    agent = new_agent(replay={"min_size": 1}, exploration=GREEDY, learning={"learning_rate": 0.01})
+    agent.begin_episode(0)
+    rows, actions = random_observations(101), []
+    for o_tm1, o_t in pairwise(rows):
+        agent.observe(o_tm1, len(actions) % 2, 1.0, o_t, terminated=False)
+        assert agent._next_q is not None
+        apart = agent.network.values(agent.state.online_params, o_t[None])[0]
+        np.testing.assert_allclose(agent._next_q, apart, rtol=1e-4, atol=1e-5)
+        actions.append(agent.act(o_t))
+        assert actions[-1] == greedy_action(agent, o_t)
+    assert set(actions) == {0, 1}
+
+
+@pytest.mark.parametrize("between", ["episodes", "updates"])
+def test_values_looked_ahead_to_are_not_used_for_another_observation(
+    between: str, new_agent: NewAgent
+):
+    agent = new_agent(
+        replay={"min_size": 1},
+        exploration=GREEDY,
+        learning={"update_period": 2, "learning_rate": 1e-9},  # the weights stay as good as fixed
+    )
+    agent.begin_episode(0)
+    candidates = random_observations(100)
+    chosen = [greedy_action(agent, row) for row in candidates]
+    left, right = (candidates[chosen.index(action)] for action in (0, 1))
+    feed(agent, 1)
+    agent.observe(left, 0, 0.0, left, terminated=False)  # the second observation: an update
+    assert agent.act(left) == 0
+    if between == "episodes":
+        agent.begin_episode(1)
+    else:
+        assert agent.observe(left, 0, 0.0, right, terminated=False) is None
+    assert agent.act(right) == 1
+
+
+# --- one seed, two seeds ---
+
+
+def flown(agent: DQNAgent, chain) -> list[tuple[float, bytes]]:
+    steps = islice(interact(agent, chain(), lambda episode: episode), 200)
+    return [(step.reward, step.o_t.tobytes()) for step in steps]
+
+
+def test_two_agents_of_one_seed_are_identical_and_two_seeds_differ(new_agent: NewAgent, chain):
+    settings = {"replay": {"resaves": 1}, "learning": {"target_period": 7}}
+    one, same, other = (new_agent(seed, **settings) for seed in (3, 3, 4))
+    flights = [flown(agent, chain) for agent in (one, same, other)]
+    assert flights[0] == flights[1]
+    assert flights[0] != flights[2]
+    assert int(one.state.num_updates) > 150
+    assert np.array_equal(online(one), online(same))
+    assert np.array_equal(target(one), target(same))
+    assert np.array_equal(one.memory.ring.records, same.memory.ring.records)
+    assert not np.isclose(online(one), online(other)).all()
+
+
+# --- the pilot ---
+
+
+def test_a_pilots_action_does_not_depend_on_who_flies_beside(network: QNetwork, new_agent):
+    pilot = GreedyPilot(network, online(new_agent()))
+    observations = random_observations(70)  # more than two full calls
+    together = pilot.act(observations)
+    assert set(together.tolist()) == {0, 1}
+    alone = [pilot.act(observations[i : i + 1]).item() for i in range(70)]
+    assert together.tolist() == alone
+    assert pilot.act(observations[::-1]).tolist() == alone[::-1]
+    assert pilot.act(observations[:33]).tolist() == alone[:33]
+
+
+def test_a_pilot_takes_the_action_of_highest_value(new_agent: NewAgent):
+    agent = new_agent()
+    observations = random_observations(40)
+    expected = [greedy_action(agent, observation) for observation in observations]
+    assert agent.pilot().act(observations).tolist() == expected
+
+
+def test_a_pilot_stays_as_it_was_when_its_agent_goes_on_learning(new_agent: NewAgent):
+    agent = new_agent(learning={"learning_rate": 0.01})
+    feed(agent, 10)
+    pilot, observations = agent.pilot(), random_observations(500, seed=9)
+    before = pilot.act(observations)
+    feed(agent, 200, reward=5.0)
+    assert np.array_equal(pilot.act(observations), before)
+    assert not np.array_equal(agent.pilot().act(observations), before)

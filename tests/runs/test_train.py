@@ -1,0 +1,300 @@
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+from touchdown import files
+from touchdown.config import (
+    Config,
+    ExplorationConfig,
+    LearningConfig,
+    NetworkConfig,
+    ReplayConfig,
+    TrainingConfig,
+)
+from touchdown.errors import UserError
+from touchdown.runs import folder as folders
+from touchdown.runs import pilots
+from touchdown.runs.checkpoint import newest_checkpoint
+from touchdown.runs.folder import RunFolder
+from touchdown.runs.train import Interrupted, Trainer
+
+
+def small_config(**training) -> Config:
+    settings = {
+        "episodes": 12,
+        "validation_period": 100,
+        "validation_episodes": 2,
+        "finalists": 2,
+        "final_validation_episodes": 3,
+        "test_episodes": 2,
+        "checkpoint_seconds": 0.0,
+        "metrics_period": 20,
+    }
+    return Config(
+        env_id="CartPole-v1",
+        network=NetworkConfig(hidden_sizes=(8,)),
+        replay=ReplayConfig(capacity=200, min_size=20, resaves=1),
+        exploration=ExplorationConfig(epsilon_decay=0.9),
+        learning=LearningConfig(target_period=30, batch_size=8),
+        training=TrainingConfig(**(settings | training)),
+    )
+
+
+def train(folder: RunFolder, should_stop=lambda: False) -> None:
+    trainer = Trainer(folder, should_stop=should_stop)
+    try:
+        trainer.run()
+    finally:
+        trainer.close()
+
+
+def after(count: int):
+    """A `should_stop` that says yes once, the `count`-th time it is asked."""
+    asked = iter(range(1, 1_000_000))
+    return lambda: next(asked) == count
+
+
+def episodes_of(folder: RunFolder) -> list[dict]:
+    """The episodes without their wall clock, the one thing that no seed repeats."""
+    rows = files.read_jsonl(folder.episodes)
+    return [{name: value for name, value in row.items() if name != "seconds"} for row in rows]
+
+
+def weights_of(folder: RunFolder) -> dict:
+    return pilots.load_tensors(folder.best)[0]
+
+
+def assert_same_run(one: RunFolder, other: RunFolder) -> None:
+    assert episodes_of(one) == episodes_of(other)
+    assert one.updates.read_bytes() == other.updates.read_bytes()
+    assert one.validations.read_bytes() == other.validations.read_bytes()
+    for name, value in weights_of(one).items():
+        np.testing.assert_array_equal(value, weights_of(other)[name])
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory) -> RunFolder:
+    folder = folders.create(tmp_path_factory.mktemp("runs"), small_config(), "finished")
+    train(folder)
+    return folder
+
+
+def test_one_seed_repeats_a_run_and_another_differs(finished, tmp_path):
+    again = folders.create(tmp_path, small_config(), "again")
+    train(again)
+    assert_same_run(finished, again)
+    other = folders.create(tmp_path, replace(small_config(), seed=1), "other")
+    train(other)
+    assert episodes_of(other) != episodes_of(finished)
+
+
+def test_every_episode_and_every_period_is_written_down(finished):
+    rows = files.read_jsonl(finished.episodes)
+    assert [row["episode"] for row in rows] == list(range(1, 13))
+    assert np.cumsum([row["steps"] for row in rows]).tolist() == [
+        row["observations"] for row in rows
+    ]
+    assert {row["outcome"] for row in rows} == {"terminated"}
+    assert rows[1]["epsilon"] == pytest.approx(0.9)
+    updates = files.read_jsonl(finished.updates)
+    assert [row["update"] for row in updates] == [20 * (i + 1) for i in range(len(updates))]
+    assert updates[-1]["rewarded_share"] == 1.0  # each step of the cart is a reward
+    assert 0 < updates[-1]["terminal_share"] < 0.2
+    validated = [row["observations"] for row in files.read_jsonl(finished.validations)]
+    assert validated[-1] == rows[-1]["observations"]  # the last weights are a candidate too
+
+
+def test_tensorboard_reads_the_same_numbers(finished):
+    accumulator = EventAccumulator(str(finished.path))
+    accumulator.Reload()
+    shown = [(e.step, e.value) for e in accumulator.Scalars("rollout/ep_rew")]
+    rows = files.read_jsonl(finished.episodes)
+    assert shown == [(row["observations"], row["episode_return"]) for row in rows]
+    assert len(accumulator.Scalars("train/loss")) == len(files.read_jsonl(finished.updates))
+
+
+def test_a_stopped_run_goes_on_as_if_it_had_never_stopped(finished, tmp_path):
+    folder = folders.create(tmp_path, small_config(), "stopped")
+    for _ in range(2):
+        with pytest.raises(Interrupted):
+            train(folder, after(4))
+    assert len(episodes_of(folder)) == 8
+    train(folder)
+    assert_same_run(finished, folder)
+    accumulator = EventAccumulator(str(folder.path))
+    accumulator.Reload()
+    steps = [event.step for event in accumulator.Scalars("rollout/ep_rew")]
+    assert steps == [row["observations"] for row in episodes_of(folder)]
+
+
+def test_lines_written_after_the_last_checkpoint_are_not_there_twice(finished, tmp_path):
+    folder = folders.create(tmp_path, small_config(), "torn")
+    with pytest.raises(Interrupted):
+        train(folder, after(5))
+    with folder.episodes.open("ab") as file:  # what a killed run leaves behind its checkpoint
+        file.write(b'{"episode": 6, "observations": 1, "episode_return": 9.0}\n{"episode": 7, "ob')
+    (folder.checkpoints / ".00000009.1.tmp").mkdir()
+    (folder.path / ".config.1.tmp.toml").write_text("half")
+    train(folder)
+    assert_same_run(finished, folder)
+    assert not list(folder.path.rglob(".*tmp*"))
+
+
+def test_a_run_stopped_while_choosing_chooses_the_same(finished, tmp_path):
+    folder = folders.create(tmp_path, small_config(), "choosing")
+    with pytest.raises(Interrupted):
+        train(folder, after(13))  # asked once an episode, then once a finalist
+    assert len(episodes_of(folder)) == 12
+    train(folder)
+    assert_same_run(finished, folder)
+
+
+def test_a_finished_run_is_not_trained_again(finished):
+    before = finished.episodes.read_bytes()
+    train(finished, should_stop=lambda: pytest.fail("it trained"))
+    assert finished.episodes.read_bytes() == before
+
+
+_CHILD = """
+import sys
+from pathlib import Path
+from touchdown import device
+device.use("cpu")
+from touchdown.runs.folder import RunFolder
+from touchdown.runs.train import Trainer
+Trainer(RunFolder(Path(sys.argv[1]))).run()
+"""
+
+
+def test_a_run_killed_at_any_moment_ends_like_one_that_was_not(tmp_path):
+    config = small_config(episodes=40)
+    whole = folders.create(tmp_path, config, "whole")
+    train(whole)
+    killed = folders.create(tmp_path, config, "killed")
+    for wanted in (3, 12, 30):
+        with subprocess.Popen([sys.executable, "-c", _CHILD, str(killed.path)]) as child:
+            deadline = time.monotonic() + 60
+            while time.monotonic() < deadline and child.poll() is None:
+                if killed.episodes.exists() and killed.episodes.read_bytes().count(b"\n") >= wanted:
+                    break
+                time.sleep(0.001)
+            child.send_signal(signal.SIGKILL)
+    train(killed)
+    assert_same_run(whole, killed)
+
+
+def test_a_full_disk_leaves_the_last_checkpoint_whole(finished, tmp_path, monkeypatch):
+    folder = folders.create(tmp_path, small_config(), "full")
+    with pytest.raises(Interrupted):
+        train(folder, after(6))
+    before = newest_checkpoint(folder.checkpoints)
+    real = Path.write_bytes
+
+    def no_space(path: Path, data: bytes) -> int:
+        if path.name == "memory.safetensors":
+            real(path, data[:10])
+            raise OSError(28, "No space left on device", str(path))
+        return real(path, data)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "write_bytes", no_space)
+        with pytest.raises(OSError, match="No space left"):
+            train(folder)
+    assert newest_checkpoint(folder.checkpoints) == before
+    train(folder)
+    assert_same_run(finished, folder)
+
+
+@pytest.mark.parametrize("name", ["learner", "memory", "finalists"])
+def test_a_cut_off_checkpoint_is_refused_in_one_line(tmp_path, name):
+    folder = folders.create(tmp_path, small_config(), "cut")
+    with pytest.raises(Interrupted):
+        train(folder, after(8))
+    path = newest_checkpoint(folder.checkpoints) / f"{name}.safetensors"
+    path.write_bytes(path.read_bytes()[:-7])
+    before = folder.episodes.read_bytes()
+    with pytest.raises(
+        UserError, match=f"{name}.safetensors: not a whole safetensors file"
+    ) as said:
+        Trainer(folder)
+    assert "\n" not in str(said.value)
+    assert folder.episodes.read_bytes() == before
+
+
+def test_an_altered_checkpoint_is_refused(tmp_path):
+    folder = folders.create(tmp_path, small_config(), "altered")
+    with pytest.raises(Interrupted):
+        train(folder, after(3))
+    path = newest_checkpoint(folder.checkpoints) / "memory.safetensors"
+    data = bytearray(path.read_bytes())
+    data[-1] ^= 1
+    path.write_bytes(data)
+    with pytest.raises(UserError, match=r"altered since it was written"):
+        Trainer(folder)
+
+
+def test_a_checkpoint_of_another_config_is_refused(tmp_path):
+    folder = folders.create(tmp_path, small_config(), "mine")
+    with pytest.raises(Interrupted):
+        train(folder, after(3))
+    text = folder.config_file.read_text().replace("gamma = 0.99", "gamma = 0.5")
+    folder.config_file.write_text(text)
+    with pytest.raises(UserError, match="belongs to config"):
+        Trainer(folder)
+
+
+def test_a_checkpoint_of_another_version_is_refused(tmp_path):
+    folder = folders.create(tmp_path, small_config(), "old")
+    with pytest.raises(Interrupted):
+        train(folder, after(3))
+    path = newest_checkpoint(folder.checkpoints) / "state.json"
+    state = json.loads(path.read_text())
+    path.write_text(json.dumps(state | {"format_version": 99}))
+    with pytest.raises(UserError, match="format_version = 99: this touchdown reads 1"):
+        Trainer(folder)
+
+
+def test_diverging_training_says_what_would_help(tmp_path):
+    config = replace(
+        small_config(episodes=100), learning=LearningConfig(learning_rate=1e30, batch_size=8)
+    )
+    folder = folders.create(tmp_path, config, "wild")
+    with pytest.raises(UserError, match=r"learning_rate = 1e\+30: training diverged"):
+        train(folder)
+
+
+def test_provenance_names_versions_machine_and_seed(finished):
+    facts = json.loads(finished.provenance.read_text())
+    assert facts["seed"] == 0
+    assert facts["config_digest"] == small_config().digest
+    assert {"gymnasium", "jax", "box2d"} <= facts["versions"].keys()
+    assert facts["cpus_available"] == len(os.sched_getaffinity(0))
+
+
+def test_names_are_counted_up_and_a_taken_one_is_refused(tmp_path):
+    config = replace(small_config(), preset="pilot")
+    names = [folders.create(tmp_path, config).name for _ in range(3)]
+    assert names == ["pilot-0", "pilot-0-2", "pilot-0-3"]
+    with pytest.raises(UserError, match="exists already; choose another"):
+        folders.create(tmp_path, config, "pilot-0-2")
+    for bad in ("a/b", "..", "", ".hidden"):
+        with pytest.raises(UserError, match="must be a plain folder name"):
+            folders.create(tmp_path, config, bad)
+
+
+def test_two_trainers_never_share_a_run(tmp_path):
+    folder = folders.create(tmp_path, small_config(), "shared")
+    first = Trainer(folder)
+    with pytest.raises(UserError, match="run 'shared': another process is training it"):
+        Trainer(folder)
+    first.close()
+    Trainer(folder).close()
