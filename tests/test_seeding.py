@@ -40,6 +40,12 @@ def test_training_starts_differ_between_episodes_and_between_seeds():
     assert len({training_start(*run) for run in RUNS}) == len(RUNS)
 
 
+def test_training_starts_are_not_what_the_streams_draw():
+    bounds = TRAINING_STARTS.start, TRAINING_STARTS.stop
+    drawn = {int(stream.integers(*bounds)) for stream in streams(3)}
+    assert not drawn & {training_start(3, episode) for episode in range(10)}
+
+
 def test_training_starts_are_spread_over_their_range():
     starts = np.array([training_start(*run) for run in RUNS])
     middle = (TRAINING_STARTS.start + TRAINING_STARTS.stop) / 2

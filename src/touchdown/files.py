@@ -1,5 +1,6 @@
 """Writing so that what is on disk is always whole, and reading what a crash may have left."""
 
+import hashlib
 import json
 import os
 import shutil
@@ -7,7 +8,13 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, cast
 
+from numpy.typing import NDArray
+from safetensors import SafetensorError
+from safetensors.numpy import load
+
 from touchdown.errors import UserError, one_line
+
+Tensors = dict[str, NDArray[Any]]
 
 
 def write_atomic(path: Path, data: bytes | str) -> None:
@@ -94,6 +101,29 @@ def read_jsonl(path: Path) -> list[dict[str, Any]]:
             raise UserError(f"{path}: line {number} is not a JSON object")
         rows.append(cast(dict[str, Any], row))
     return rows
+
+
+def read_tensors(path: Path, sha256: str | None = None) -> tuple[Tensors, dict[str, str]]:
+    """A safetensors file's arrays and metadata.
+
+    Args:
+        path: of the file.
+        sha256: what its bytes must hash to; None takes any.
+
+    Raises:
+        UserError: it is missing, cut off, altered or something else.
+    """
+    try:
+        data = path.read_bytes()
+        tensors = load(data)
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
+    except (SafetensorError, ValueError, KeyError) as error:
+        raise UserError(f"{path}: not a whole safetensors file: {one_line(error)}") from None
+    if sha256 is not None and hashlib.sha256(data).hexdigest() != sha256:
+        raise UserError(f"{path}: altered since it was written (its SHA-256 differs)")
+    header = parse_json_object(path, data[8 : 8 + int.from_bytes(data[:8], "little")])
+    return tensors, dict(header.get("__metadata__", {}))
 
 
 def to_json(value: object) -> str:

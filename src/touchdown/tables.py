@@ -6,15 +6,15 @@ from typing import Any
 from rich import box
 from rich.table import Table
 
-from touchdown.runs.evaluation import Evaluation
+from touchdown.runs.evaluation import Evaluation, is_lander
 from touchdown.stats.summary import Summary
 
 PAPER_FIGURES = (
-    ("paper: DQN (section 5)", "< 100"),
-    ("paper: + target network (6)", "170"),
-    ("paper: + preferential memory (7)", "199"),
-    ("paper: best agent (9)", "221"),
-    ("paper: PID (appendix C)", "222"),
+    ("paper: DQN", "< 100"),
+    ("paper: target network", "170"),
+    ("paper: preferential", "199"),
+    ("paper: best agent", "221"),
+    ("paper: PID", "222"),
 )
 _OUTCOMES = ("landed", "crashed", "out of bounds", "timed out")
 
@@ -28,7 +28,7 @@ def evaluation_table(evaluations: Sequence[Evaluation], *, paper: bool = False) 
     """
     first = evaluations[0]
     starts = [episode.seed for episode in first.episodes]
-    lander = "landed" in first.summary.outcomes or paper
+    lander = is_lander(first)
     table = Table(
         box=box.SIMPLE_HEAD,
         title=f"{first.env_id}: {len(starts)} greedy flights from starts {starts[0]}-{starts[-1]}",
@@ -38,13 +38,13 @@ def evaluation_table(evaluations: Sequence[Evaluation], *, paper: bool = False) 
     table.add_column("pilot", no_wrap=True)
     table.add_column("mean ± sd", justify="right", no_wrap=True)
     table.add_column("IQM [95% interval]", justify="right", no_wrap=True)
-    table.add_column(f"≥ {first.summary.threshold:g}", justify="right")
+    table.add_column(f"≥ {first.summary.threshold:g}", justify="right", no_wrap=True)
     if lander:
-        table.add_column("landed / crashed / out / timed out", justify="right")
-    table.add_column("steps", justify="right")
+        table.add_column("landed, crashed,\nout, timed out", justify="right", no_wrap=True)
+    table.add_column("steps", justify="right", no_wrap=True)
     if lander:
-        table.add_column("fuel", justify="right")
-    table.add_column("worst 5%", justify="right")
+        table.add_column("fuel", justify="right", no_wrap=True)
+    table.add_column("worst 5%", justify="right", no_wrap=True)
     for evaluation in evaluations:
         table.add_row(evaluation.name, *_cells(evaluation.summary, lander=lander))
     if paper:
@@ -52,8 +52,8 @@ def evaluation_table(evaluations: Sequence[Evaluation], *, paper: bool = False) 
         for name, mean in PAPER_FIGURES:
             table.add_row(name, mean, style="dim")
         table.caption = (
-            "fuel: return points spent on engines; worst 5%: mean of the lowest returns.\n"
-            "The paper gives means of single runs on LunarLander-v2."
+            "IQM: interquartile mean; fuel: return points spent on engines; worst 5%: mean of the "
+            "lowest returns.\nThe paper gives means of single runs on LunarLander-v2."
         )
         table.caption_justify = "left"
     return table
@@ -61,7 +61,7 @@ def evaluation_table(evaluations: Sequence[Evaluation], *, paper: bool = False) 
 
 def _cells(summary: Summary, *, lander: bool) -> list[str]:
     iqm = summary.iqm
-    outcomes = " / ".join(f"{summary.outcomes.get(name, 0.0):.0%}" for name in _OUTCOMES)
+    outcomes = " ".join(f"{summary.outcomes.get(name, 0.0):4.0%}" for name in _OUTCOMES)
     cells = [
         f"{summary.mean:.1f} ± {summary.sd:.1f}",
         f"{iqm.value:.1f} [{iqm.low:.1f}, {iqm.high:.1f}]",

@@ -90,6 +90,12 @@ def test_no_update_before_the_memory_holds_its_least(new_agent: NewAgent):
     assert int(agent.state.num_updates) == 6
 
 
+def test_copies_count_towards_the_least_that_the_memory_holds(new_agent: NewAgent):
+    agent = new_agent(replay={"min_size": 8, "resaves": 3})
+    learnt = [metrics is not None for metrics in feed(agent, 3, reward=1.0)]
+    assert learnt == [False, True, True]  # four copies each
+
+
 def test_updates_come_once_a_period(new_agent: NewAgent):
     agent = new_agent(replay={"min_size": 5}, learning={"update_period": 4})
     learnt = [metrics is not None for metrics in feed(agent, 17)]

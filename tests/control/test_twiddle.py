@@ -132,6 +132,19 @@ def test_on_a_plateau_steps_shrink_together_from_one_to_the_tolerance():
     assert steps == sorted(steps, reverse=True)
 
 
+def test_the_search_goes_on_until_every_step_is_small():
+    def ramp(point: Point) -> float:
+        return min(point[0], 100.0)  # up for long; the other coordinate is a plateau
+
+    *_, last = twiddle(ramp, (0.0, 0.0), (1.0, 1.0), tolerance=0.5)
+    assert last.best_value == 100
+
+
+def test_tolerance_is_a_share_of_each_first_step():
+    for size in (1e-6, 1.0, 1e6):
+        assert len(list(twiddle(lambda _: 0.0, (0.0,), (size,), 0.5))) == 1 + 7 * 2
+
+
 def test_an_equal_value_is_no_success():
     *_, last = twiddle(lambda _: 0.0, (4.0,), (1.0,))
     assert last.best == (4.0,)

@@ -146,8 +146,8 @@ class Script:
 
 def test_the_loop_tells_the_agent_all_that_happens_in_order(chain):
     agent = Script()
-    starts = {7: 3, 8: 1}
-    steps = list(islice(interact(agent, chain(limit=2), starts.__getitem__, 7), 4))
+    starts = {7: 3, 8: 1, 9: 2}
+    steps = list(islice(interact(agent, chain(limit=2), starts.__getitem__, 7), 5))
     assert agent.heard == [
         ("episode", 7),
         ("act", 3),
@@ -159,15 +159,19 @@ def test_the_loop_tells_the_agent_all_that_happens_in_order(chain):
         (1, 1, 0.0, 2, False),
         ("act", 2),
         (2, 1, 0.0, 3, False),  # truncated here, and not terminated
+        ("episode", 9),
+        ("act", 2),
+        (2, 1, 0.0, 3, False),
     ]
     assert [step[:4] for step in steps] == [
         (7, 0.0, False, False),
         (7, 8.0, True, False),
         (8, 0.0, False, False),
         (8, 0.0, False, True),
+        (9, 0.0, False, False),
     ]
-    assert [int(step.o_t.argmax()) for step in steps] == [4, 4, 2, 3]
-    assert [step.metrics for step in steps] == ["metrics 3", "metrics 5", "metrics 8", "metrics 10"]
+    assert [int(step.o_t.argmax()) for step in steps] == [4, 4, 2, 3, 3]
+    assert [step.metrics for step in steps] == [f"metrics {n}" for n in (3, 5, 8, 10, 13)]
     assert all(isinstance(step, Step) for step in steps)
 
 

@@ -22,7 +22,6 @@ from touchdown.config import (
 )
 from touchdown.errors import UserError
 from touchdown.runs import folder as folders
-from touchdown.runs import pilots
 from touchdown.runs.checkpoint import newest_checkpoint
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.train import Interrupted, Trainer
@@ -70,7 +69,7 @@ def episodes_of(folder: RunFolder) -> list[dict]:
 
 
 def weights_of(folder: RunFolder) -> dict:
-    return pilots.load_tensors(folder.best)[0]
+    return files.read_tensors(folder.best)[0]
 
 
 def assert_same_run(one: RunFolder, other: RunFolder) -> None:

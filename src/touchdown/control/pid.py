@@ -19,8 +19,9 @@ class PIDConfig:
     """Gains of Eq. 10, the dead band, and how the vertical control value chooses the main engine.
 
     Gains carry their signs: Eq. 10 feeds measurements rather than errors, and gymnasium counts
-    angles counter-clockwise. Units: positions in half viewports, velocities in half viewports a
-    second (as the observation has them), angles in radians; control values have none.
+    angles counter-clockwise. Units are the observation's: positions in half viewports (10 m across,
+    6.67 m up), velocities in 5 m/s across and 7.5 m/s up, angles in radians, spin in 2.5 rad/s;
+    control values have none.
     """
 
     rule: Rule

@@ -12,18 +12,16 @@ from typing import Any, NamedTuple, cast, get_args
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
-from safetensors import SafetensorError
-from safetensors.numpy import load, save
+from safetensors.numpy import save
 
 from touchdown import files
 from touchdown.errors import UserError, one_line
+from touchdown.files import Tensors
 from touchdown.lander import env as lander
 from touchdown.lander.env import World
 from touchdown.types import Outcome, Pilot
 
 FORMAT_VERSION = 1
-
-Tensors = dict[str, NDArray[Any]]
 
 
 class Terrain(NamedTuple):
@@ -170,7 +168,7 @@ def load_flights(path: Path) -> list[Flight]:
     Raises:
         UserError: the file is missing, cut off, of another version, or holds something else.
     """
-    tensors, metadata = _read(path)
+    tensors, metadata = files.read_tensors(path)
     version = metadata.get("format_version")
     if version != str(FORMAT_VERSION):
         raise UserError(
@@ -285,15 +283,3 @@ def _flight(facts: dict[str, Any], tensors: Tensors, prefix: str) -> Flight:
         terrain=terrain,
         frames=frames,
     )
-
-
-def _read(path: Path) -> tuple[Tensors, dict[str, str]]:
-    try:
-        data = path.read_bytes()
-        tensors = load(data)
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror}") from None
-    except (SafetensorError, ValueError, KeyError) as error:
-        raise UserError(f"{path}: not a whole safetensors file: {one_line(error)}") from None
-    header = files.parse_json_object(path, data[8 : 8 + int.from_bytes(data[:8], "little")])
-    return tensors, dict(header.get("__metadata__", {}))

@@ -10,18 +10,16 @@ from typing import Any, cast
 import jax
 import numpy as np
 from numpy.typing import NDArray
-from safetensors import SafetensorError
-from safetensors.numpy import load, save
+from safetensors.numpy import save
 
 from touchdown import files
 from touchdown.agents.dqn import DQNAgent
 from touchdown.agents.learner import LearnerState
 from touchdown.errors import UserError, one_line
+from touchdown.files import Tensors
 from touchdown.seeding import Streams
 
 FORMAT_VERSION = 1
-
-Tensors = dict[str, NDArray[Any]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +119,7 @@ def restore_checkpoint(path: Path, digest: str, agent: DQNAgent, streams: Stream
         )
     try:
         groups = {
-            name: _load_checked(path / f"{name}.safetensors", state["sha256"][name])
+            name: files.read_tensors(path / f"{name}.safetensors", state["sha256"][name])[0]
             for name in ("learner", "memory", "finalists")
         }
         agent.state = _learner_from(agent.state, groups["learner"])
@@ -151,41 +149,6 @@ def restore_checkpoint(path: Path, digest: str, agent: DQNAgent, streams: Stream
         )
     except (KeyError, TypeError, ValueError) as error:
         raise UserError(f"{path}: not a checkpoint of this run: {one_line(error)}") from None
-
-
-def load_tensors(path: Path) -> tuple[Tensors, dict[str, str]]:
-    """A safetensors file's arrays and metadata.
-
-    Raises:
-        UserError: it is missing, cut off or something else.
-    """
-    data = _read(path)
-    tensors = _parse(path, data)
-    header_size = int.from_bytes(data[:8], "little")
-    header = files.parse_json_object(path, data[8 : 8 + header_size])
-    return tensors, dict(header.get("__metadata__", {}))
-
-
-def _read(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
-
-
-def _parse(path: Path, data: bytes) -> Tensors:
-    try:
-        return load(data)
-    except (SafetensorError, ValueError, KeyError) as error:
-        raise UserError(f"{path}: not a whole safetensors file: {one_line(error)}") from None
-
-
-def _load_checked(path: Path, sha256: str) -> Tensors:
-    data = _read(path)
-    tensors = _parse(path, data)
-    if hashlib.sha256(data).hexdigest() != sha256:
-        raise UserError(f"{path}: altered since it was written (its SHA-256 differs)")
-    return tensors
 
 
 def _learner_tensors(state: LearnerState) -> Tensors:

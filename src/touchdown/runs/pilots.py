@@ -22,7 +22,6 @@ from touchdown.control.pid import PIDConfig, PIDPilot, Rule
 from touchdown.errors import UserError
 from touchdown.lander import env as lander
 from touchdown.runs import folder as folders
-from touchdown.runs.checkpoint import load_tensors
 from touchdown.runs.folder import RunFolder
 from touchdown.types import FloatArray, IntArray, Pilot
 
@@ -172,7 +171,7 @@ def load_weights(path: Path) -> NamedPilot:
     Raises:
         UserError: it is cut off, of another version, or no pilot of ours.
     """
-    tensors, metadata = load_tensors(path)
+    tensors, metadata = files.read_tensors(path)
     version = metadata.get("format_version")
     if version != str(WEIGHTS_FORMAT_VERSION):
         raise UserError(
@@ -201,5 +200,5 @@ def facts_of(path: Path) -> dict[str, Any]:
     Raises:
         UserError: the file is broken or holds none.
     """
-    _, metadata = load_tensors(path)
+    _, metadata = files.read_tensors(path)
     return files.parse_json_object(path, metadata.get("facts", "").encode())
