@@ -1,6 +1,6 @@
 """Results as tables for a terminal."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from rich import box
@@ -9,70 +9,66 @@ from rich.table import Table
 from touchdown.runs.evaluation import Evaluation, is_lander
 from touchdown.stats.summary import Summary
 
-PAPER_FIGURES = (
-    ("paper: DQN", "< 100"),
-    ("paper: target network", "170"),
-    ("paper: preferential", "199"),
-    ("paper: best agent", "221"),
-    ("paper: PID", "222"),
-)
-_OUTCOMES = ("landed", "crashed", "out of bounds", "timed out")
+PAPER_MEANS = {
+    "DQN": "< 100",
+    "target network": "170",
+    "preferential": "199",
+    "best agent": "221",
+    "PID": "222",
+}
+"""What the paper reports, each from a single run on LunarLander-v2."""
 
 
 def evaluation_table(evaluations: Sequence[Evaluation], *, paper: bool = False) -> Table:
-    """One row a pilot; with `paper`, the paper's figures below.
+    """One column a pilot, so that four of them fit a terminal of 80 characters.
 
     Args:
-        evaluations: flights from the same starts.
-        paper: whether to add the paper's single-run means on its version of the lander.
+        evaluations: flights from the same starts; with `paper`, an agent's first and `pid` second.
+        paper: whether to add the paper's means, the PID's under the PID.
     """
     first = evaluations[0]
     starts = [episode.seed for episode in first.episodes]
-    lander = is_lander(first)
     table = Table(
         box=box.SIMPLE_HEAD,
         title=f"{first.env_id}: {len(starts)} greedy flights from starts {starts[0]}-{starts[-1]}",
         title_justify="left",
         pad_edge=False,
     )
-    table.add_column("pilot", no_wrap=True)
-    table.add_column("mean ± sd", justify="right", no_wrap=True)
-    table.add_column("IQM [95% interval]", justify="right", no_wrap=True)
-    table.add_column(f"≥ {first.summary.threshold:g}", justify="right", no_wrap=True)
-    if lander:
-        table.add_column("landed, crashed,\nout, timed out", justify="right", no_wrap=True)
-    table.add_column("steps", justify="right", no_wrap=True)
-    if lander:
-        table.add_column("fuel", justify="right", no_wrap=True)
-    table.add_column("worst 5%", justify="right", no_wrap=True)
+    table.add_column("", no_wrap=True)
     for evaluation in evaluations:
-        table.add_row(evaluation.name, *_cells(evaluation.summary, lander=lander))
+        table.add_column(evaluation.name, justify="right")
+    summaries = [evaluation.summary for evaluation in evaluations]
+    for name, cell in _rows(first):
+        table.add_row(name, *map(cell, summaries))
     if paper:
         table.add_section()
-        for name, mean in PAPER_FIGURES:
-            table.add_row(name, mean, style="dim")
+        for name, mean in PAPER_MEANS.items():
+            cells = ["", mean] if name == "PID" else [mean]
+            table.add_row(f"paper: {name}", *cells, style="dim")
+    if is_lander(first):
         table.caption = (
-            "IQM: interquartile mean; fuel: return points spent on engines; worst 5%: mean of the "
-            "lowest returns.\nThe paper gives means of single runs on LunarLander-v2."
+            "IQM: interquartile mean, with its 95% bootstrap interval. Fuel: return points\n"
+            "spent on engines. Worst 5%: mean of the lowest returns."
         )
+        if paper:
+            table.caption += " The paper: means of\nsingle runs on LunarLander-v2."
         table.caption_justify = "left"
     return table
 
 
-def _cells(summary: Summary, *, lander: bool) -> list[str]:
-    iqm = summary.iqm
-    outcomes = " ".join(f"{summary.outcomes.get(name, 0.0):4.0%}" for name in _OUTCOMES)
-    cells = [
-        f"{summary.mean:.1f} ± {summary.sd:.1f}",
-        f"{iqm.value:.1f} [{iqm.low:.1f}, {iqm.high:.1f}]",
-        f"{summary.share_solved:.0%}",
-    ]
-    if lander:
-        cells.append(outcomes)
-    cells.append(f"{summary.steps:.0f}")
-    if lander:
-        cells.append(f"{summary.fuel:.1f}")
-    return [*cells, f"{summary.worst:.1f}"]
+def _rows(first: Evaluation) -> Iterator[tuple[str, Callable[[Summary], str]]]:
+    """What the rows are called and how each cell is made."""
+    yield "return, mean ± sd", lambda s: f"{s.mean:.1f} ± {s.sd:.0f}"
+    yield "return, IQM", lambda s: f"{s.iqm.value:.1f}"
+    yield "  95% interval", lambda s: f"[{s.iqm.low:.0f}, {s.iqm.high:.0f}]"
+    yield "return, worst 5%", lambda s: f"{s.worst:.1f}"
+    yield f"share ≥ {first.summary.threshold:g}", lambda s: f"{s.share_solved:.0%}"
+    if is_lander(first):
+        for outcome in ("landed", "crashed", "out of bounds", "timed out"):
+            yield outcome, lambda s, outcome=outcome: f"{s.outcomes.get(outcome, 0.0):.0%}"
+    yield "steps", lambda s: f"{s.steps:.0f}"
+    if is_lander(first):
+        yield "fuel", lambda s: f"{s.fuel:.1f}"
 
 
 def runs_table(facts: Sequence[Mapping[str, Any]]) -> Table:
