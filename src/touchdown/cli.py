@@ -188,7 +188,7 @@ class Tune:
     seed: Annotated[int, arg(help="Chooses the training starts.")] = 0
     tolerance: Annotated[
         float, arg(help="Stop when every step is below this share of its first size.")
-    ] = 0.05
+    ] = 0.2
     out: Annotated[Path, arg(metavar="FILE", help="TOML file for the gains.")] = Path("pid.toml")
 
     def run(self, console: "Console") -> None:

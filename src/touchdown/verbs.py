@@ -313,7 +313,7 @@ def tune_pid(
     rule: Rule = "signed",
     starts: int = 200,
     seed: int = 0,
-    tolerance: float = 0.05,
+    tolerance: float = 0.2,
     out: Path | str | None = None,
     console: Console | None = None,
 ) -> PIDConfig:

@@ -39,7 +39,7 @@ class TuningStep:
 
 
 def tune_pid(
-    rule: Rule, starts: int, seed: int = 0, tolerance: float = 0.05
+    rule: Rule, starts: int, seed: int = 0, tolerance: float = 0.2
 ) -> Iterator[TuningStep]:
     """Maximise the mean return over training starts, one trial at a time.
 

@@ -1,0 +1,191 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import touchdown
+from touchdown import files, presets
+from touchdown.config import Config, TrainingConfig
+from touchdown.lander.flight import load_flights
+from touchdown.runs import pilots
+
+
+def tiny(env_id: str = "LunarLander-v3", **training) -> Config:
+    settings = {
+        "episodes": 3,
+        "validation_period": 50,
+        "validation_episodes": 2,
+        "final_validation_episodes": 2,
+        "test_episodes": 2,
+    }
+    base = presets.preset("pilot")
+    return replace(
+        base,
+        env_id=env_id,
+        network=replace(base.network, hidden_sizes=(8,)),
+        replay=replace(base.replay, min_size=50),
+        training=TrainingConfig(**(settings | training)),
+    )
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory) -> touchdown.Run:
+    return touchdown.train(tiny(), runs_dir=tmp_path_factory.mktemp("runs"))
+
+
+def test_train_gives_a_finished_run_with_its_baselines(run):
+    assert run.name == "pilot-0"
+    assert run.status == "finished"
+    content = files.read_json(run.folder.evaluation)
+    assert [entry["name"] for entry in content["pilots"]] == [
+        "pilot-0",
+        "pid",
+        "heuristic",
+        "random",
+    ]
+    for entry in content["pilots"]:
+        assert [episode["seed"] for episode in entry["episodes"]] == [0, 1]
+        assert sum(entry["summary"]["outcomes"].values()) == pytest.approx(1)
+    assert {path.name for path in run.pictures} == {
+        "learning-curve.png",
+        "flights.png",
+        "landing.gif",
+        "landing.mp4",
+    }
+    recorded = load_flights(run.path / "flights.safetensors")
+    assert {flight.pilot for flight in recorded} == {"pilot-0", "pid"}
+
+
+def test_evaluate_and_fly_tell_the_same_of_one_start(run):
+    evaluation = touchdown.evaluate(run, episodes=2)
+    assert run.evaluation is not None
+    assert evaluation.episodes == run.evaluation.episodes
+    flight = touchdown.fly(run, seed=1)
+    assert flight.episode_return == pytest.approx(evaluation.episodes[1].episode_return)
+    assert flight.outcome == evaluation.episodes[1].outcome
+    assert flight.fuel == pytest.approx(evaluation.episodes[1].fuel)
+
+
+def test_a_pilot_can_be_named_in_every_way(run):
+    weights = run.folder.best
+    by_run = touchdown.evaluate(run, episodes=1).episodes
+    assert touchdown.evaluate(run.pilot, episodes=1).episodes == by_run
+    assert touchdown.evaluate(str(weights), episodes=1).episodes == by_run
+    assert touchdown.evaluate(weights, episodes=1).episodes == by_run
+    assert touchdown.evaluate("pilot-0", episodes=1, runs_dir=run.path.parent).episodes == by_run
+    assert touchdown.evaluate(str(run.path), episodes=1).episodes == by_run
+
+
+def test_fly_writes_a_film_where_it_is_told(tmp_path):
+    touchdown.fly("pid", seed=3, out=tmp_path / "pid.gif")
+    assert (tmp_path / "pid.gif").read_bytes().startswith(b"GIF89a")
+
+
+def test_fly_needs_a_screen_for_a_window(monkeypatch):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    with pytest.raises(touchdown.UserError) as said:
+        touchdown.fly("pid", out="window")
+    assert "\n" not in str(said.value)
+
+
+def test_a_run_that_lost_a_picture_draws_it_again_without_training(run):
+    before = run.folder.episodes.read_bytes(), run.folder.evaluation.read_bytes()
+    curve = run.path / "learning-curve.png"
+    drawn = curve.read_bytes()
+    curve.unlink()
+    assert run.status == "unfinished"
+    again = touchdown.resume("pilot-0", runs_dir=run.path.parent)
+    assert again.status == "finished"
+    assert curve.read_bytes() == drawn
+    assert (run.folder.episodes.read_bytes(), run.folder.evaluation.read_bytes()) == before
+
+
+def test_a_run_without_weights_yet_says_so(tmp_path):
+    from touchdown.runs import folder  # noqa: PLC0415
+
+    folder.create(tmp_path, tiny(), "young")
+    with pytest.raises(touchdown.UserError, match="run 'young': no weights yet"):
+        touchdown.evaluate("young", runs_dir=tmp_path)
+
+
+def test_runs_are_listed_oldest_first(tmp_path):
+    for name in ("b", "a"):
+        touchdown.train(tiny("CartPole-v1", episodes=1), name=name, runs_dir=tmp_path)
+    assert [run.name for run in touchdown.runs(tmp_path)] == ["b", "a"]
+
+
+@pytest.mark.parametrize("env_id", ["Acrobot-v1", "MountainCar-v0"])
+def test_other_worlds_train_test_and_are_filmed(tmp_path, env_id):
+    run = touchdown.train(tiny(env_id, episodes=1), runs_dir=tmp_path)
+    assert run.evaluation is not None
+    assert run.evaluation.env_id == env_id
+    assert run.evaluation.summary.threshold == {"Acrobot-v1": -100, "MountainCar-v0": -110}[env_id]
+    assert (run.path / "landing.gif").is_file()
+
+
+def test_tuning_writes_gains_that_fly(tmp_path):
+    out = tmp_path / "gains.toml"
+    best = touchdown.tune_pid(starts=2, tolerance=0.9, out=out)
+    assert pilots.read_pid(out) == best
+    assert out.read_text().startswith("# touchdown tune pid --rule signed --starts 2 --seed 0\n")
+    assert touchdown.evaluate(out, episodes=1).name == "gains"
+
+
+def test_the_shipped_gains_are_those_of_the_better_rule():
+    assert pilots.shipped_pid() in (pilots.shipped_pid("signed"), pilots.shipped_pid("absolute"))
+    assert pilots.shipped_pid("absolute").rule == "absolute"
+    assert pilots.shipped_pid("signed").rule == "signed"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('rule = "up"\n', "must be one of absolute, signed"),
+        ("dead_band = -1\n", "dead_band = -1"),
+        ("kp = 1\n", "unknown field 'kp'; known: rule, kp_vertical"),
+        ("kp_vertical = 'big'\n", "kp_vertical = 'big': must be a number"),
+    ],
+)
+def test_bad_gains_are_refused(tmp_path, text, said):
+    path = tmp_path / "bad.toml"
+    path.write_text(text)
+    with pytest.raises(touchdown.UserError, match=r"bad\.toml") as refused:
+        pilots.read_pid(path)
+    assert said in str(refused.value)
+
+
+def test_random_pilots_repeat():
+    one = touchdown.evaluate("random", episodes=3, env_id="CartPole-v1").episodes
+    assert one == touchdown.evaluate("random", episodes=3, env_id="CartPole-v1").episodes
+
+
+def test_the_stock_heuristic_flies_as_gymnasium_flies_it():
+    import gymnasium  # noqa: PLC0415
+    from gymnasium.envs.box2d.lunar_lander import heuristic  # noqa: PLC0415
+
+    env = gymnasium.make("LunarLander-v3")
+    observation, _ = env.reset(seed=5)
+    total, ended = 0.0, False
+    while not ended:
+        observation, reward, terminated, truncated, _ = env.step(
+            heuristic(env.unwrapped, observation)
+        )
+        total += float(reward)
+        ended = terminated or truncated
+    env.close()
+    flown = touchdown.evaluate("heuristic", episodes=1, seed=5).episodes[0]
+    assert flown.episode_return == pytest.approx(total, abs=1e-9)
+
+
+def test_weights_of_another_network_are_refused(tmp_path):
+    from safetensors.numpy import save_file  # noqa: PLC0415
+
+    path = tmp_path / "odd.safetensors"
+    save_file({"w": np.zeros(3, np.float32)}, path)
+    with pytest.raises(touchdown.UserError, match="format_version = None"):
+        pilots.load_weights(path)
+    save_file({"w": np.zeros(3, np.float32)}, path, {"format_version": "1"})
+    with pytest.raises(touchdown.UserError, match="not a pilot's weights"):
+        pilots.load_weights(path)
