@@ -91,21 +91,21 @@ class TrainingView:
             self._live.update(self._draw(status))
 
     def phase(self, text: str, count: int) -> None:
-        """Show a bar of `count` flights for what comes now."""
+        """Show a bar of `count` flights or pictures for what comes now."""
         if self._console.is_terminal:
             for task in self._phase.task_ids:
                 self._phase.remove_task(task)
             self._phase.add_task(text, total=count)
             self._live.update(self._phase)
 
-    def flight(self) -> None:
-        """One flight of the phase is done."""
+    def advance(self) -> None:
+        """One flight or picture of the phase is done."""
         for task in self._phase.task_ids:
             self._phase.advance(task)
 
     def _draw(self, status: Status) -> Group:
         loss = "-" if status.loss is None else f"{status.loss:.3g}"
-        table = Table.grid(padding=(0, 2))
+        table = Table.grid(padding=(0, 1))
         cells = [
             ("episode", f"{status.episode}"),
             ("observations", f"{status.observations:,}"),
@@ -118,7 +118,7 @@ class TrainingView:
             ("ETA", clock(status.seconds_left)),
         ]
         for _ in cells:
-            table.add_column(justify="right")
+            table.add_column(justify="right", no_wrap=True)
         table.add_row(*(Text(name, style="dim") for name, _ in cells))
         table.add_row(*(Text(value, style="bold") for _, value in cells))
         share = status.episode / self._episodes

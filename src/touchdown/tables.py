@@ -4,7 +4,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from rich import box
+from rich.console import Group
 from rich.table import Table
+from rich.text import Text
 
 from touchdown.runs.evaluation import Evaluation, is_lander
 from touchdown.stats.summary import Summary
@@ -19,7 +21,7 @@ PAPER_MEANS = {
 """What the paper reports, each from a single run on LunarLander-v2."""
 
 
-def evaluation_table(evaluations: Sequence[Evaluation], *, paper: bool = False) -> Table:
+def evaluation_table(evaluations: Sequence[Evaluation], *, paper: bool = False) -> Group:
     """One column a pilot, so that four of them fit a terminal of 80 characters.
 
     Args:
@@ -28,12 +30,8 @@ def evaluation_table(evaluations: Sequence[Evaluation], *, paper: bool = False) 
     """
     first = evaluations[0]
     starts = [episode.seed for episode in first.episodes]
-    table = Table(
-        box=box.SIMPLE_HEAD,
-        title=f"{first.env_id}: {len(starts)} greedy flights from starts {starts[0]}-{starts[-1]}",
-        title_justify="left",
-        pad_edge=False,
-    )
+    title = f"{first.env_id}: {len(starts)} greedy flights from starts {starts[0]}-{starts[-1]}"
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("", no_wrap=True)
     for evaluation in evaluations:
         table.add_column(evaluation.name, justify="right")
@@ -45,15 +43,14 @@ def evaluation_table(evaluations: Sequence[Evaluation], *, paper: bool = False) 
         for name, mean in PAPER_MEANS.items():
             cells = ["", mean] if name == "PID" else [mean]
             table.add_row(f"paper: {name}", *cells, style="dim")
+    notes = (
+        "IQM: interquartile mean, with its 95% bootstrap interval. Worst 5%: mean of the lowest."
+    )
     if is_lander(first):
-        table.caption = (
-            "IQM: interquartile mean, with its 95% bootstrap interval. Fuel: return points\n"
-            "spent on engines. Worst 5%: mean of the lowest returns."
-        )
-        if paper:
-            table.caption += " The paper: means of\nsingle runs on LunarLander-v2."
-        table.caption_justify = "left"
-    return table
+        notes += " Fuel: return points spent on engines."
+    if paper:
+        notes += " The paper: means of single runs on LunarLander-v2."
+    return Group(Text(title, style="bold"), table, Text(notes, style="dim"))
 
 
 def _rows(first: Evaluation) -> Iterator[tuple[str, Callable[[Summary], str]]]:

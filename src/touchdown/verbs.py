@@ -1,7 +1,7 @@
 """What the verbs of the command line do, as functions for a notebook."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -154,7 +154,7 @@ def _completed(folder: RunFolder, shown: Console) -> Run:
             should_stop=stop,
             on_status=view.status,
             on_phase=view.phase,
-            on_flight=view.flight,
+            on_flight=view.advance,
         )
         try:
             trainer.run()
@@ -163,8 +163,8 @@ def _completed(folder: RunFolder, shown: Console) -> Run:
         trained = time.monotonic()
         run = Run(folder)
         tested = _test(run, view, stop) if training.test_episodes else []
-        view.phase("drawing", 0)
-        _draw(run, tested)
+        view.phase("drawing", len(_PICTURES) if tested else 1)
+        _draw(run, tested, view.advance)
     seconds = f"trained in {progress.clock(trained - began)}"
     shown.print(f"{folder.name}: {seconds}, {progress.clock(time.monotonic() - began)} in all")
     if tested:
@@ -193,7 +193,7 @@ def _test(run: Run, view: progress.TrainingView, stop: progress.StopSignal) -> l
             if stop():
                 raise Interrupted
             results.append(
-                evaluations.evaluate_pilot(each, starts, fleet=fleet, on_episode=view.flight)
+                evaluations.evaluate_pilot(each, starts, fleet=fleet, on_episode=view.advance)
             )
     finally:
         fleet.close()
@@ -201,7 +201,7 @@ def _test(run: Run, view: progress.TrainingView, stop: progress.StopSignal) -> l
     return results
 
 
-def _draw(run: Run, tested: Sequence[Evaluation]) -> None:
+def _draw(run: Run, tested: Sequence[Evaluation], on_picture: Callable[[], object]) -> None:
     """The learning curve, the overlaid flights and the film of the test flight in the middle."""
     if tested:
         pilot = run.pilot
@@ -217,8 +217,10 @@ def _draw(run: Run, tested: Sequence[Evaluation]) -> None:
             )
             recorded += [flight for group in groups.values() for flight in group]
         flights.save_flights(run.path / _FLIGHT_RECORDS, recorded)
-        render.write_video(shown, run.path / _GIF)
-        render.write_video(shown, run.path / _MP4)
+        on_picture()
+        for film in (_GIF, _MP4):
+            render.write_video(shown, run.path / film)
+            on_picture()
     curve.save_learning_curve(
         run.path / _CURVE,
         files.read_jsonl(run.folder.episodes),

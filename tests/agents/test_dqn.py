@@ -220,6 +220,8 @@ def flown(agent: DQNAgent, chain) -> list[tuple[float, bytes]]:
 def test_two_agents_of_one_seed_are_identical_and_two_seeds_differ(new_agent: NewAgent, chain):
     settings = {"replay": {"resaves": 1}, "learning": {"target_period": 7}}
     one, same, other = (new_agent(seed, **settings) for seed in (3, 3, 4))
+    assert np.array_equal(online(one), online(same))
+    assert not np.isin(online(one), online(other)).any()  # the first weights follow from the seed
     flights = [flown(agent, chain) for agent in (one, same, other)]
     assert flights[0] == flights[1]
     assert flights[0] != flights[2]
@@ -233,12 +235,29 @@ def test_two_agents_of_one_seed_are_identical_and_two_seeds_differ(new_agent: Ne
 # --- the pilot ---
 
 
+def tied(network: QNetwork, params: np.ndarray) -> np.ndarray:
+    """Parameters of two actions whose values are the same sum in another order.
+
+    The second half of the last hidden layer doubles the first, and the actions weigh the halves
+    the other way round: which action is better is decided by nothing but rounding.
+    """
+    numbered = network.layers(np.arange(network.num_params, dtype=np.float32))
+    at = {name: np.asarray(places).astype(int) for name, places in numbered.items()}
+    for name in ("layers.1.weight", "layers.1.bias"):
+        params[at[name][8:]] = params[at[name][:8]]
+    one, other = at["layers.2.weight"]
+    params[other] = np.roll(params[one], 8)
+    params[at["layers.2.bias"]] = 0
+    return params
+
+
 def test_a_pilots_action_does_not_depend_on_who_flies_beside(network: QNetwork, new_agent):
-    pilot = GreedyPilot(network, online(new_agent()))
-    observations = random_observations(70)  # more than two full calls
+    pilot = GreedyPilot(network, tied(network, online(new_agent())))
+    observations = random_observations(200)  # more than six full calls
     together = pilot.act(observations)
-    assert set(together.tolist()) == {0, 1}
-    alone = [pilot.act(observations[i : i + 1]).item() for i in range(70)]
+    left, right = np.asarray(network.values(pilot._params, observations)).T
+    np.testing.assert_allclose(left, right, atol=1e-5)  # ties, but for rounding
+    alone = [pilot.act(observations[i : i + 1]).item() for i in range(200)]
     assert together.tolist() == alone
     assert pilot.act(observations[::-1]).tolist() == alone[::-1]
     assert pilot.act(observations[:33]).tolist() == alone[:33]
