@@ -1,9 +1,11 @@
 import dataclasses
 import math
+import re
 import typing
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -331,3 +333,49 @@ def test_a_config_is_frozen():
         Config().seed = 1  # pyright: ignore[reportAttributeAccessIssue]
     with pytest.raises(dataclasses.FrozenInstanceError):
         Config().learning.gamma = 0.5  # pyright: ignore[reportAttributeAccessIssue]
+
+
+@pytest.mark.parametrize("make", [np.float64, np.float32, int, float])
+def test_numpy_numbers_and_lists_are_the_same_settings_as_pythons(make, tmp_path):
+    plain = Config(
+        seed=1, network=NetworkConfig(hidden_sizes=(8, 4)), learning=LearningConfig(gamma=1.0)
+    )
+    numpy = Config(
+        seed=np.int64(1),
+        network=NetworkConfig(hidden_sizes=[np.int32(8), 4]),
+        learning=LearningConfig(gamma=make(1)),
+    )
+    assert numpy == plain
+    assert numpy.digest == plain.digest
+    (tmp_path / "c.toml").write_text(to_toml(numpy))
+    assert from_toml(tmp_path / "c.toml") == plain
+
+
+def test_constructors_refuse_other_types_and_choices():
+    for make, said in [
+        (lambda: LearningConfig(optimizer="nope"), "optimizer = 'nope': must be one of adam"),
+        (lambda: NetworkConfig(activation="gelu"), "activation = 'gelu': must be one of relu"),
+        (lambda: ReplayConfig(capacity=1e5), "capacity = 100000.0: must be a whole number"),
+        (lambda: Config(seed="a"), "seed = 'a': must be a whole number"),
+        (lambda: LearningConfig(gamma=True), "gamma = True: must be a number"),
+        (lambda: Config(learning={}), "learning = {}: must be a LearningConfig"),
+    ]:
+        with pytest.raises(ValueError, match=re.escape(said)):
+            make()
+
+
+@pytest.mark.parametrize("text", ["a\rb", "a\x01b", 'quo"te', "back\\slash", "U+2028 \u2028", "🚀"])
+def test_every_string_comes_back_from_toml(text, tmp_path):
+    (tmp_path / "c.toml").write_text(to_toml(Config(env_id=text)), "utf-8", newline="\n")
+    assert from_toml(tmp_path / "c.toml").env_id == text
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["[learning]\nlearning_rate = 1" + "0" * 400, "seed = " + "9" * 5000, "seed = " + "[" * 10**5],
+)
+def test_numbers_and_brackets_beyond_reason_are_refused_in_one_line(text, tmp_path):
+    (tmp_path / "c.toml").write_text(text)
+    with pytest.raises(UserError) as said:
+        from_toml(tmp_path / "c.toml")
+    assert "\n" not in str(said.value)

@@ -129,7 +129,7 @@ def test_a_folder_that_is_there_already_stays_as_it_was(
 ):
     path = tmp_path / "000010"
     files.write_folder_atomic(path, lambda folder: (folder / "a").write_text("old"))
-    with pytest.raises(OSError, match="not empty"):
+    with pytest.raises(FileExistsError):
         files.write_folder_atomic(path, lambda folder: (folder / "b").write_text("new"))
     assert [file.name for file in path.iterdir()] == ["a"]
     assert no_temporaries()
@@ -256,3 +256,18 @@ def test_read_jsonl_gives_back_any_text_that_json_writes(tmp_path: Path):
 def test_one_line_puts_a_message_on_one_line_and_falls_back_on_the_type():
     assert one_line(ValueError("two\n  lines")) == "two lines"
     assert one_line(MemoryError()) == "MemoryError"
+
+
+def test_a_line_cut_inside_a_character_is_unfinished_and_odd_separators_are_text(tmp_path: Path):
+    path = tmp_path / "rows.jsonl"
+    path.write_bytes(b'{"a": 1}\n{"\xce')
+    assert files.read_jsonl(path) == [{"a": 1}]
+    path.write_text('{"a": "x\u2028y\u0085z"}\n', "utf-8")
+    assert files.read_jsonl(path) == [{"a": "x\u2028y\u0085z"}]
+
+
+def test_nesting_beyond_reason_is_refused_in_one_line(tmp_path: Path):
+    path = tmp_path / "deep.json"
+    path.write_text("[" * 100_000)
+    with pytest.raises(UserError, match="not JSON"):
+        files.read_json(path)

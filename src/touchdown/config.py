@@ -8,7 +8,10 @@ import typing
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, cast
+
+import numpy as np
+import tomli_w
 
 from touchdown.errors import UserError, one_line
 
@@ -20,14 +23,42 @@ def _check(section: object, name: str, *, ok: bool, wanted: str) -> None:
         raise ValueError(f"{name} = {getattr(section, name)!r}: must be {wanted}")
 
 
-def _settle_floats(section: Any) -> None:
-    """Refuse infinities and NaN, and make 1 and 1.0 the same setting (and the same digest)."""
-    for item in dataclasses.fields(section):
-        value = getattr(section, item.name)
-        if item.type is float and isinstance(value, int):
-            object.__setattr__(section, item.name, float(value))
-        if isinstance(value, float) and not math.isfinite(value):
-            raise ValueError(f"{item.name} = {value!r}: must be a finite number")
+def _settle(section: Any) -> None:
+    """Refuse a value of another type than its field's, and make equals alike.
+
+    1 and 1.0, a list and a tuple, NumPy's scalars and Python's: the same setting, one digest.
+    """
+    for name, kind in typing.get_type_hints(cast(type[Any], type(section))).items():
+        object.__setattr__(section, name, _coerced(kind, name, getattr(section, name)))
+
+
+def _coerced(kind: Any, name: str, given: Any) -> Any:
+    value: Any = cast(Any, given).item() if isinstance(given, np.generic) else given
+    if dataclasses.is_dataclass(kind):
+        if not isinstance(value, cast(type, kind)):
+            raise ValueError(f"{name} = {value!r}: must be a {cast(type, kind).__name__}")
+        return value
+    if typing.get_origin(kind) is Literal:
+        choices = typing.get_args(kind)
+        if value not in choices:
+            raise ValueError(f"{name} = {value!r}: must be one of {', '.join(choices)}")
+        return value
+    if typing.get_origin(kind) is tuple:
+        if not isinstance(value, list | tuple):
+            raise ValueError(f"{name} = {value!r}: must be a list")
+        of = typing.get_args(kind)[0]
+        return tuple(_coerced(of, name, entry) for entry in cast(list[Any], value))
+    if kind is float and type(value) in (int, float):
+        try:
+            value = float(value) + 0.0  # -0.0 becomes 0.0
+        except OverflowError:
+            value = math.inf
+        if not math.isfinite(value):
+            raise ValueError(f"{name} = {value!r}: must be a finite number")
+    if type(value) is not kind:
+        wanted = {int: "a whole number", float: "a number", str: "a string"}[kind]
+        raise ValueError(f"{name} = {value!r}: must be {wanted}")
+    return value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,6 +71,7 @@ class NetworkConfig:
     """Function after each hidden layer."""
 
     def __post_init__(self) -> None:
+        _settle(self)
         sizes_ok = all(size > 0 for size in self.hidden_sizes)
         _check(self, "hidden_sizes", ok=sizes_ok, wanted="whole numbers of at least 1 node")
 
@@ -58,7 +90,7 @@ class ReplayConfig:
     """A transition is rewarded when its reward is above this (reward units)."""
 
     def __post_init__(self) -> None:
-        _settle_floats(self)
+        _settle(self)
         _check(self, "capacity", ok=self.capacity > 0, wanted="at least 1 transition")
         _check(self, "min_size", ok=self.min_size > 0, wanted="at least 1 transition")
         if self.min_size > self.capacity:
@@ -84,7 +116,7 @@ class ExplorationConfig:
     """Observations from epsilon_start to epsilon_end, for the linear schedule."""
 
     def __post_init__(self) -> None:
-        _settle_floats(self)
+        _settle(self)
         for name in ("epsilon_start", "epsilon_end", "epsilon_decay"):
             _check(self, name, ok=0 <= getattr(self, name) <= 1, wanted="from 0 to 1")
         if self.schedule != "constant" and self.epsilon_end > self.epsilon_start:
@@ -124,7 +156,7 @@ class LearningConfig:
     """n: observations between copies to the target network; 0 is no target network (section 6)."""
 
     def __post_init__(self) -> None:
-        _settle_floats(self)
+        _settle(self)
         _check(self, "gamma", ok=0 <= self.gamma <= 1, wanted="from 0 to 1")
         _check(self, "learning_rate", ok=self.learning_rate > 0, wanted="above 0")
         _check(self, "learning_rate_end", ok=self.learning_rate_end >= 0, wanted="0 or more")
@@ -160,7 +192,7 @@ class TrainingConfig:
     """Updates between lines in updates.jsonl."""
 
     def __post_init__(self) -> None:
-        _settle_floats(self)
+        _settle(self)
         for name in ("max_observations", "test_episodes", "checkpoint_seconds"):
             _check(self, name, ok=getattr(self, name) >= 0, wanted="0 or more")
         for name in (
@@ -191,6 +223,7 @@ class Config:
     training: TrainingConfig = field(default_factory=TrainingConfig)
 
     def __post_init__(self) -> None:
+        _settle(self)
         _check(self, "seed", ok=0 <= self.seed < 2**32, wanted="from 0 to 4294967295")
 
     @property
@@ -209,24 +242,6 @@ SECTIONS: dict[str, type[Any]] = {
 }
 
 
-def _toml_value(value: Any) -> str:
-    match value:
-        case bool():
-            return str(value).lower()
-        case str():
-            escaped = value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
-            return f'"{escaped}"'
-        case tuple():
-            return "[" + ", ".join(map(_toml_value, typing.cast(tuple[Any, ...], value))) + "]"
-        case _:
-            return repr(value)
-
-
-def toml_table(values: Mapping[str, Any]) -> str:
-    """Lines `name = value` of numbers, strings and tuples of them."""
-    return "".join(f"{name} = {_toml_value(value)}\n" for name, value in values.items())
-
-
 def to_dict(config: Config) -> dict[str, Any]:
     """A config as nested dictionaries of plain values."""
     return dataclasses.asdict(config)
@@ -234,28 +249,7 @@ def to_dict(config: Config) -> dict[str, Any]:
 
 def to_toml(config: Config) -> str:
     """A config as TOML, every field written out; `from_toml` gives the same config back."""
-    values = to_dict(config)
-    tables = [f"\n[{name}]\n{toml_table(values.pop(name))}" for name in SECTIONS]
-    return f"format_version = {FORMAT_VERSION}\n" + toml_table(values) + "".join(tables)
-
-
-def _coerce(kind: Any, name: str, value: Any) -> Any:
-    if typing.get_origin(kind) is Literal:
-        choices = typing.get_args(kind)
-        if value not in choices:
-            raise ValueError(f"{name} = {value!r}: must be one of {', '.join(choices)}")
-        return value
-    if typing.get_origin(kind) is tuple:
-        if not isinstance(value, list):
-            raise ValueError(f"{name} = {value!r}: must be a list")
-        of = typing.get_args(kind)[0]
-        return tuple(_coerce(of, name, entry) for entry in typing.cast(list[Any], value))
-    if kind is float and isinstance(value, int) and not isinstance(value, bool):
-        return float(value)
-    if type(value) is not kind:
-        wanted = {int: "a whole number", float: "a number", str: "a string"}[kind]
-        raise ValueError(f"{name} = {value!r}: must be {wanted}")
-    return value
+    return tomli_w.dumps({"format_version": FORMAT_VERSION, **to_dict(config)})
 
 
 def replace_fields(instance: Any, values: Mapping[str, Any], where: str) -> Any:
@@ -269,7 +263,7 @@ def replace_fields(instance: Any, values: Mapping[str, Any], where: str) -> Any:
     Raises:
         UserError: an unknown field, or a value that its field refuses.
     """
-    kinds = typing.get_type_hints(typing.cast(type[Any], type(instance)))
+    kinds = typing.get_type_hints(cast(type[Any], type(instance)))
     changes: dict[str, Any] = {}
     for name, value in values.items():
         if name not in kinds:
@@ -277,13 +271,10 @@ def replace_fields(instance: Any, values: Mapping[str, Any], where: str) -> Any:
         if dataclasses.is_dataclass(kinds[name]):
             if not isinstance(value, dict):
                 raise UserError(f"{where}: {name} = {value!r}: must be a table [{name}]")
-            nested = typing.cast(dict[str, Any], value)
+            nested = cast(dict[str, Any], value)
             changes[name] = replace_fields(getattr(instance, name), nested, f"{where} [{name}]")
         else:
-            try:
-                changes[name] = _coerce(kinds[name], name, value)
-            except ValueError as error:
-                raise UserError(f"{where}: {error}") from None
+            changes[name] = value
     try:
         return dataclasses.replace(instance, **changes)
     except ValueError as error:
@@ -300,7 +291,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         return tomllib.loads(path.read_text("utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # a number of 5,000 digits, 100,000 brackets
         raise UserError(f"{path}: not TOML: {one_line(error)}") from None
 
 

@@ -1,5 +1,6 @@
 """Writing so that what is on disk is always whole, and reading what a crash may have left."""
 
+import errno
 import hashlib
 import json
 import os
@@ -41,7 +42,13 @@ def write_through(path: Path, write: Callable[[Path], object]) -> None:
 
 
 def write_folder_atomic(path: Path, write: Callable[[Path], object]) -> None:
-    """Have `write` fill a temporary folder, then rename it; `path` must not exist."""
+    """Have `write` fill a temporary folder with files, then rename it.
+
+    Raises:
+        OSError: `path` exists already, or cannot be written; nothing is left behind.
+    """
+    if path.exists():
+        raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     shutil.rmtree(temporary, ignore_errors=True)
     try:
@@ -74,7 +81,7 @@ def parse_json_object(path: Path, data: bytes) -> dict[str, Any]:
     """
     try:
         value = json.loads(data)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise UserError(f"{path}: not JSON, perhaps cut off: {one_line(error)}") from None
     if not isinstance(value, dict):
         raise UserError(f"{path}: holds {type(value).__name__}, must be a JSON object")
@@ -88,14 +95,14 @@ def read_jsonl(path: Path) -> list[dict[str, Any]]:
         UserError: the file is missing, or a whole line is not a JSON object.
     """
     try:
-        text = path.read_text("utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+        data = path.read_bytes()
+    except OSError as error:
         raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
     rows: list[dict[str, Any]] = []
-    for number, line in enumerate(text[: text.rfind("\n") + 1].splitlines(), start=1):
+    for number, line in enumerate(data.split(b"\n")[:-1], start=1):
         try:
             row = json.loads(line)
-        except ValueError:
+        except (ValueError, RecursionError):
             row = None
         if not isinstance(row, dict):
             raise UserError(f"{path}: line {number} is not a JSON object")

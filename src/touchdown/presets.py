@@ -35,6 +35,7 @@ PRESETS: dict[str, Config] = {
         exploration=ExplorationConfig(epsilon_end=0.05),
         learning=replace(
             _STEADY,
+            gamma=0.995,
             target_period=800,
             learning_rate_end=1e-5,
             learning_rate_duration=180_000,

@@ -35,7 +35,7 @@ def training_start(seed: int, episode: int) -> int:
 
 
 def tuning_starts(seed: int, count: int) -> list[int]:
-    """Training starts for tuning a controller: distinct from the episodes' of every run."""
+    """Training starts for tuning a controller, drawn apart from every run's episodes."""
     return [_draw(SeedSequence(seed, spawn_key=(_TUNING, i))) for i in range(count)]
 
 

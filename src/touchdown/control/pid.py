@@ -1,6 +1,7 @@
 """The paper's controller: two control values, a dead band, one engine at a time (appendix C)."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, fields
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -39,6 +40,10 @@ class PIDConfig:
     """η: smaller control values fire no engine."""
 
     def __post_init__(self) -> None:
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if item.name != "rule" and not math.isfinite(value):
+                raise ValueError(f"{item.name} = {value}: must be a finite number")
         if self.dead_band < 0:
             raise ValueError(f"dead_band = {self.dead_band}: must be 0 or more")
         if self.rule not in ("absolute", "signed"):

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
+import tomli_w
 
-from touchdown.config import toml_table
 from touchdown.control.pid import PIDConfig, PIDPilot, Rule
 from touchdown.control.twiddle import twiddle
 from touchdown.lander.env import LANDER_IDS
@@ -85,5 +85,5 @@ def to_toml(step: TuningStep, starts: int, seed: int) -> str:
     return (
         f"# touchdown tune pid --rule {step.best.rule} --starts {starts} --seed {seed}\n"
         f"# mean return {step.best_return:.1f} on those training starts, {step.trial} trials\n"
-        + toml_table(asdict(step.best))
+        + tomli_w.dumps(asdict(step.best))
     )
