@@ -12,34 +12,41 @@ from touchdown.config import (
 )
 from touchdown.errors import UserError
 
-_STEADY = LearningConfig(loss="huber", reward_scale=0.1, max_grad_norm=10.0)
-"""Values that the paper leaves unstated; docs/deviations.md has how they were found."""
+# Values that the paper leaves unstated; docs/deviations.md has how they were found.
+_EXPLORATION = ExplorationConfig(schedule="exponential", epsilon_decay=0.975, epsilon_end=0.05)
+_LEARNING = LearningConfig(
+    loss="huber",
+    reward_scale=0.01,
+    max_grad_norm=10.0,
+    learning_rate=2.5e-4,
+    learning_rate_end=1e-5,
+    learning_rate_duration=180_000,
+)
+_RESAVED = ReplayConfig(resaves=10, resave_threshold=99.0)
 
-_DQN = Config(preset="dqn", learning=_STEADY)
-_TARGET = replace(_DQN, preset="target-dqn", learning=replace(_STEADY, target_period=1_000))
-_RESAVED = ReplayConfig(resaves=10, resave_threshold=50.0)
+_DQN = Config(
+    preset="dqn",
+    network=NetworkConfig(hidden_sizes=(100, 100, 100)),
+    exploration=_EXPLORATION,
+    learning=_LEARNING,
+    training=TrainingConfig(episodes=600),
+)
+_TARGET = replace(_DQN, preset="target-dqn", learning=replace(_LEARNING, target_period=1_000))
 
 PRESETS: dict[str, Config] = {
     "dqn": _DQN,
     "target-dqn": _TARGET,
     "preferential-dqn": replace(_TARGET, preset="preferential-dqn", replay=_RESAVED),
-    "paper-best": Config(
+    "paper-best": replace(
+        _DQN,
         preset="paper-best",
-        network=NetworkConfig(hidden_sizes=(100, 100, 100)),
         replay=_RESAVED,
-        exploration=ExplorationConfig(schedule="exponential", epsilon_decay=0.975),
-        learning=replace(_STEADY, gamma=0.99, target_period=800),
+        learning=replace(_LEARNING, gamma=0.99, target_period=800),
     ),
-    "pilot": Config(
+    "pilot": replace(
+        _DQN,
         preset="pilot",
-        exploration=ExplorationConfig(epsilon_end=0.05),
-        learning=replace(
-            _STEADY,
-            gamma=0.995,
-            target_period=800,
-            learning_rate_end=1e-5,
-            learning_rate_duration=180_000,
-        ),
+        learning=replace(_LEARNING, target_period=800),
         training=TrainingConfig(episodes=5_000, max_observations=180_000),
     ),
 }

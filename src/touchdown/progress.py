@@ -48,7 +48,7 @@ def stop_on_signals(console: Console) -> Generator[StopSignal]:
         if stop.requested and number == signal.SIGINT:
             raise KeyboardInterrupt
         stop.requested = True
-        console.print("stopping at the end of this episode (Ctrl-C again: at once)")
+        console.print("stopping as soon as it can be saved (Ctrl-C again: at once)")
 
     before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
