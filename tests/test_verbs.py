@@ -77,14 +77,13 @@ def test_a_pilot_can_be_named_in_every_way(run):
 
 
 def test_fly_writes_a_film_where_it_is_told(tmp_path):
-    touchdown.fly("pid", seed=3, out=tmp_path / "pid.gif")
-    assert (tmp_path / "pid.gif").read_bytes().startswith(b"GIF89a")
+    touchdown.fly("random", seed=3, out=tmp_path / "pilot.gif")
+    assert (tmp_path / "pilot.gif").read_bytes().startswith(b"GIF89a")
 
 
 def test_fly_needs_a_screen_for_a_window(monkeypatch):
-    monkeypatch.delenv("DISPLAY", raising=False)
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER"):
+        monkeypatch.delenv(name, raising=False)
     with pytest.raises(touchdown.UserError) as said:
         touchdown.fly("pid", out="window")
     assert "\n" not in str(said.value)

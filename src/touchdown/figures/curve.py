@@ -147,11 +147,11 @@ def _draw_threshold(ax: Axes, threshold: float) -> None:
     ax.axhline(threshold, color=style.MUTED, linewidth=1, linestyle=(0, (4, 3)), zorder=1)
     ax.annotate(
         f"solved: {threshold:g}",
-        (1, threshold),
+        (0, threshold),  # at the left, where no curve has risen to it yet
         xycoords=("axes fraction", "data"),
-        xytext=(-2, 3),
+        xytext=(4, 3),
         textcoords="offset points",
-        ha="right",
+        ha="left",
         color=style.MUTED,
         fontsize=8,
         bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1},
