@@ -112,7 +112,7 @@ def test_a_run_without_weights_yet_says_so(tmp_path):
 def test_runs_are_listed_oldest_first(tmp_path):
     for name in ("b", "a"):
         touchdown.train(tiny("CartPole-v1", episodes=1), name=name, runs_dir=tmp_path)
-    assert [run.name for run in touchdown.runs(tmp_path)] == ["b", "a"]
+    assert [run.name for run in touchdown.list_runs(tmp_path)] == ["b", "a"]
 
 
 @pytest.mark.parametrize("env_id", ["Acrobot-v1", "MountainCar-v0"])
@@ -141,7 +141,7 @@ def test_the_shipped_gains_are_those_of_the_better_rule():
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ('rule = "up"\n', "must be one of absolute, signed"),
+        ('rule = "up"\n', "rule = 'up': must be one of absolute, signed"),
         ("dead_band = -1\n", "dead_band = -1"),
         ("kp = 1\n", "unknown field 'kp'; known: rule, kp_vertical"),
         ("kp_vertical = 'big'\n", "kp_vertical = 'big': must be a number"),

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from touchdown.config import Config
     from touchdown.errors import Interrupted, UserError
     from touchdown.presets import PRESETS, preset
-    from touchdown.verbs import Run, evaluate, fly, resume, runs, show, train, tune_pid
+    from touchdown.verbs import Run, evaluate, fly, list_runs, resume, show, train, tune_pid
 
 _HOMES = {
     "Config": "config",
@@ -21,9 +21,9 @@ _HOMES = {
     "UserError": "errors",
     "evaluate": "verbs",
     "fly": "verbs",
+    "list_runs": "verbs",
     "preset": "presets",
     "resume": "verbs",
-    "runs": "verbs",
     "show": "verbs",
     "train": "verbs",
     "tune_pid": "verbs",
@@ -38,9 +38,9 @@ __all__ = [
     "UserError",
     "evaluate",
     "fly",
+    "list_runs",
     "preset",
     "resume",
-    "runs",
     "show",
     "train",
     "tune_pid",

@@ -214,10 +214,10 @@ class Runs:
     runs_dir: RunsDir = Path("runs")
 
     def run(self, console: "Console") -> None:
-        """Hand over to `verbs.runs`."""
+        """Hand over to `verbs.list_runs`."""
         from touchdown import tables, verbs  # noqa: PLC0415
 
-        facts = [verbs.run_facts(run) for run in verbs.runs(self.runs_dir)]
+        facts = [verbs.run_facts(run) for run in verbs.list_runs(self.runs_dir)]
         if self.json:
             _print_json(facts)
         elif facts:

@@ -23,10 +23,16 @@ def _check(section: object, name: str, *, ok: bool, wanted: str) -> None:
         raise ValueError(f"{name} = {getattr(section, name)!r}: must be {wanted}")
 
 
-def _settle(section: Any) -> None:
+def settle(section: Any) -> None:
     """Refuse a value of another type than its field's, and make equals alike.
 
     1 and 1.0, a list and a tuple, NumPy's scalars and Python's: the same setting, one digest.
+
+    Args:
+        section: a frozen dataclass that is being made.
+
+    Raises:
+        ValueError: a field's value is of another type, not among its choices, or not finite.
     """
     for name, kind in typing.get_type_hints(cast(type[Any], type(section))).items():
         object.__setattr__(section, name, _coerced(kind, name, getattr(section, name)))
@@ -71,7 +77,7 @@ class NetworkConfig:
     """Function after each hidden layer."""
 
     def __post_init__(self) -> None:
-        _settle(self)
+        settle(self)
         sizes_ok = all(size > 0 for size in self.hidden_sizes)
         _check(self, "hidden_sizes", ok=sizes_ok, wanted="whole numbers of at least 1 node")
 
@@ -90,7 +96,7 @@ class ReplayConfig:
     """A transition is rewarded when its reward is above this (reward units)."""
 
     def __post_init__(self) -> None:
-        _settle(self)
+        settle(self)
         _check(self, "capacity", ok=self.capacity > 0, wanted="at least 1 transition")
         _check(self, "min_size", ok=self.min_size > 0, wanted="at least 1 transition")
         if self.min_size > self.capacity:
@@ -116,7 +122,7 @@ class ExplorationConfig:
     """Observations from epsilon_start to epsilon_end, for the linear schedule."""
 
     def __post_init__(self) -> None:
-        _settle(self)
+        settle(self)
         for name in ("epsilon_start", "epsilon_end", "epsilon_decay"):
             _check(self, name, ok=0 <= getattr(self, name) <= 1, wanted="from 0 to 1")
         if self.schedule != "constant" and self.epsilon_end > self.epsilon_start:
@@ -156,7 +162,7 @@ class LearningConfig:
     """n: observations between copies to the target network; 0 is no target network (section 6)."""
 
     def __post_init__(self) -> None:
-        _settle(self)
+        settle(self)
         _check(self, "gamma", ok=0 <= self.gamma <= 1, wanted="from 0 to 1")
         _check(self, "learning_rate", ok=self.learning_rate > 0, wanted="above 0")
         _check(self, "learning_rate_end", ok=self.learning_rate_end >= 0, wanted="0 or more")
@@ -192,7 +198,7 @@ class TrainingConfig:
     """Updates between lines in updates.jsonl."""
 
     def __post_init__(self) -> None:
-        _settle(self)
+        settle(self)
         for name in ("max_observations", "test_episodes", "checkpoint_seconds"):
             _check(self, name, ok=getattr(self, name) >= 0, wanted="0 or more")
         for name in (
@@ -223,7 +229,7 @@ class Config:
     training: TrainingConfig = field(default_factory=TrainingConfig)
 
     def __post_init__(self) -> None:
-        _settle(self)
+        settle(self)
         _check(self, "seed", ok=0 <= self.seed < 2**32, wanted="from 0 to 4294967295")
 
     @property

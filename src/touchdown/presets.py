@@ -57,7 +57,7 @@ SECTIONS_OF_THE_PAPER = {
     "target-dqn": "section 6, Eq. 5: a target network, copied every 1000 observations",
     "preferential-dqn": "section 7: rewarded transitions stored again",
     "paper-best": "section 9: the paper's best printed values",
-    "pilot": "paper-best within 180,000 observations, its checkpoints chosen more finely",
+    "pilot": "section 9 within 180,000 observations, checkpoints chosen more finely; `make land`",
 }
 
 

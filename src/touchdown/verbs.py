@@ -364,7 +364,7 @@ def _write(path: Path, text: str) -> None:
         raise UserError(f"out {str(path)!r}: cannot be written: {one_line(error)}") from None
 
 
-def runs(runs_dir: Path | str = DEFAULT_RUNS) -> list[Run]:
+def list_runs(runs_dir: Path | str = DEFAULT_RUNS) -> list[Run]:
     """Every run in a folder, oldest first.
 
     Raises:

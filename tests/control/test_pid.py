@@ -152,5 +152,5 @@ def test_a_negative_dead_band_is_refused():
 
 
 def test_an_unknown_rule_is_refused():
-    with pytest.raises(ValueError, match="rule = 'largest': must be absolute or signed"):
+    with pytest.raises(ValueError, match="rule = 'largest': must be one of absolute, signed"):
         replace(GAINS, rule="largest")

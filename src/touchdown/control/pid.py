@@ -1,11 +1,11 @@
 """The paper's controller: two control values, a dead band, one engine at a time (appendix C)."""
 
-import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
 
+from touchdown.config import settle
 from touchdown.types import FloatArray, IntArray
 
 # the lander's actions and the places in its observation, as gymnasium numbers them
@@ -40,14 +40,9 @@ class PIDConfig:
     """η: smaller control values fire no engine."""
 
     def __post_init__(self) -> None:
-        for item in fields(self):
-            value = getattr(self, item.name)
-            if item.name != "rule" and not math.isfinite(value):
-                raise ValueError(f"{item.name} = {value}: must be a finite number")
+        settle(self)
         if self.dead_band < 0:
             raise ValueError(f"dead_band = {self.dead_band}: must be 0 or more")
-        if self.rule not in ("absolute", "signed"):
-            raise ValueError(f"rule = {self.rule!r}: must be absolute or signed")
 
 
 class ControlValues(NamedTuple):

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
@@ -76,13 +77,21 @@ class Trainer:
         on_flight: Callable[[], object] = lambda: None,
     ) -> None:
         self._folder = folder
-        self._config = config = folder.config()
-        self._lock = folders.lock(folder)
+        self._config = folder.config()
         self._should_stop = should_stop
         self._on_status = on_status
         self._on_phase = on_phase
         self._on_flight = on_flight
+        with ExitStack() as resources:
+            resources.enter_context(folders.lock(folder))
+            self._open(resources)
+            self._resources = resources.pop_all()
+
+    def _open(self, resources: ExitStack) -> None:
+        """Make the agent and the world, go on from the last checkpoint, and open the records."""
+        folder, config = self._folder, self._config
         self._world = lander.make(config.env_id)
+        resources.callback(self._world.env.close)
         self._streams = streams(config.seed)
         spaces = Spaces(self._world.observation_size, self._world.num_actions)
         self._agent = DQNAgent(config, spaces, self._streams)
@@ -96,7 +105,9 @@ class Trainer:
             )
             self._check_records()
         self._recorder = Recorder(folder, self._progress.record_sizes)
+        resources.callback(self._recorder.close)
         self._fleet = Fleet(config.env_id)
+        resources.callback(self._fleet.close)
         rows = files.read_jsonl(folder.episodes)[-RECENT:]
         self._recent_returns = [float(row["episode_return"]) for row in rows]
         self._recent_timed_out = [row["outcome"] == "timed out" for row in rows]
@@ -111,10 +122,7 @@ class Trainer:
 
     def close(self) -> None:
         """Give back files, environments and the right to write to the run."""
-        self._recorder.close()
-        self._fleet.close()
-        self._world.env.close()
-        self._lock.close()
+        self._resources.close()
 
     def run(self) -> None:
         """Train to the end, choose the best checkpoint and write it.
