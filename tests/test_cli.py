@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+import touchdown
 from touchdown import cli, files, presets
 from touchdown.config import to_toml
 from touchdown.errors import UserError
@@ -86,6 +87,13 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["train", "--resume=nix"], "run 'nix': no such folder in 'runs'"),
         (["train", "dqn", "--resume=nix"], "resume 'nix': goes on with the run's own settings"),
         (["train", "--name=a/b"], "name 'a/b': must be a plain folder name"),
+        (["train", "--name=n[red]m"], "name 'n[red]m': must be a plain folder name"),
+        (["train", "--name=pid"], "name 'pid': means another pilot to evaluate and fly"),
+        (["train", "--name=x.toml"], "name 'x.toml': means another pilot"),
+        (["train", "--validation-episodes=1000000"], "must be at most 1000000"),
+        (["train", "--test-episodes=2000000"], "test_episodes = 2000000: must be at most 1000000"),
+        (["--verison"], "Unrecognized options: --verison"),
+        (["tune", "pid", "--out=."], "out '.': must be a file, such as pid.toml"),
         (["train", "--device=gpu"], "device 'gpu': JAX finds none here"),
         (["evaluate", "nix"], "run 'nix': no such folder in 'runs'; `touchdown runs` lists them"),
         (["evaluate", "pid", "--episodes=0"], "episodes = 0: must be at least 1"),
@@ -140,6 +148,32 @@ def test_flags_override_the_file_and_the_file_overrides_the_preset(tmp_path):
     config = verb.settings()
     assert (config.seed, config.learning.gamma, config.learning.batch_size) == (3, 0.9, 32)
     assert config.replay == presets.preset("paper-best").replay
+
+
+def test_a_preset_named_in_a_file_is_where_its_settings_start(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text('preset = "dqn"\n')
+    verb = cli.parse(["train", f"--config={file}"])
+    assert isinstance(verb, cli.Train)
+    assert verb.settings() == presets.preset("dqn")
+
+
+def test_a_preset_that_is_no_name_cannot_lead_out_of_the_runs_folder(tmp_path, capsys):
+    file = tmp_path / "mine.toml"
+    file.write_text('preset = "../escaped"\n')
+    said = complaint("train", f"--config={file}", capsys=capsys)
+    assert "preset = '../escaped': must be letters, digits" in said
+
+
+def test_the_version_is_told(capsys):
+    cli.main(["--version"])
+    assert capsys.readouterr().out == f"touchdown {touchdown.__version__}\n"
+
+
+def test_a_terminal_without_utf_8_still_gets_its_table(tmp_path):
+    done = run("evaluate", "random", "--episodes=1", cwd=tmp_path, PYTHONIOENCODING="ascii")
+    assert done.returncode == 0, done.stderr
+    assert "return, mean" in done.stdout
 
 
 def test_an_effective_config_fed_back_is_the_same_config(tmp_path):

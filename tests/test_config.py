@@ -48,7 +48,7 @@ def configs(draw: st.DrawFn) -> Config:
     capacity = draw(counts)
     epsilon_start = draw(shares)
     return Config(
-        preset=draw(words),
+        preset=draw(st.from_regex(r"[A-Za-z0-9][A-Za-z0-9._-]{0,20}", fullmatch=True)),
         seed=draw(st.integers(0, 2**32 - 1)),
         env_id=draw(words),
         network=NetworkConfig(
@@ -83,7 +83,7 @@ def configs(draw: st.DrawFn) -> Config:
         training=TrainingConfig(
             episodes=draw(counts),
             max_observations=draw(st.integers(0, 10**9)),
-            test_episodes=draw(st.integers(0, 10**9)),
+            test_episodes=draw(st.integers(0, 10**6)),
             checkpoint_seconds=draw(positive),
         ),
     )

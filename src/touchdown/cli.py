@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tyro
 from tyro.conf import OmitArgPrefixes, Positional, arg, subcommand
 
-from touchdown import presets
+from touchdown import __version__, presets
 from touchdown.config import (
     SECTIONS,
     Config,
@@ -24,6 +24,7 @@ from touchdown.config import (
     ReplayConfig,
     TrainingConfig,
     from_toml,
+    read_toml,
 )
 from touchdown.errors import Interrupted, UserError, one_line
 
@@ -273,8 +274,9 @@ def _train_defaults(argv: Sequence[str]) -> Train:
     if not argv or argv[0] != "train":
         return Train()
     given = _preset_in(argv)
-    config = presets.preset(given or "pilot")
     file = _value_of(argv, "--config")
+    named = read_toml(Path(file)).get("preset") if file is not None else None
+    config = presets.preset(given or (named if named in presets.PRESETS else "pilot"))
     if file is not None:
         config = from_toml(Path(file), config)
     sections = {section: getattr(config, section) for section in SECTIONS}
@@ -339,7 +341,7 @@ def _one_line_of(complaint: str, argv: Sequence[str]) -> str:
     """What tyro complains of, on one line, with the nearest flag where one is unknown."""
     text = re.sub(r"^Error parsing (__tyro\S*: )?", "", _first_paragraph(complaint))
     unknown = re.match(r"Unrecognized options: (--[^\s,=]+)", text)
-    if not unknown:
+    if not unknown or argv[0] not in VERBS:
         return text
     flags = [f"--{name.replace('_', '-')}" for name in _field_names(argv[0])]
     near = difflib.get_close_matches(unknown[1].replace("_", "-"), flags, n=1)
@@ -379,6 +381,12 @@ def main(argv: Sequence[str] | None = None) -> None:
     from rich.console import Console  # noqa: PLC0415
 
     args = list(sys.argv[1:] if argv is None else argv)
+    if args == ["--version"]:
+        sys.stdout.write(f"touchdown {__version__}\n")
+        return
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal without UTF-8 still gets its table
     console = Console(width=None if sys.stdout.isatty() else 120, stderr="--json" in args)
     try:
         parse(args).run(console)

@@ -3,6 +3,7 @@
 import dataclasses
 import hashlib
 import math
+import re
 import tomllib
 import typing
 from collections.abc import Mapping
@@ -14,6 +15,7 @@ import numpy as np
 import tomli_w
 
 from touchdown.errors import UserError, one_line
+from touchdown.seeding import TEST_STARTS, VALIDATION_STARTS
 
 FORMAT_VERSION = 1
 
@@ -21,6 +23,11 @@ FORMAT_VERSION = 1
 def _check(section: object, name: str, *, ok: bool, wanted: str) -> None:
     if not ok:
         raise ValueError(f"{name} = {getattr(section, name)!r}: must be {wanted}")
+
+
+def is_plain_name(name: str) -> bool:
+    """Whether a name can be a folder's everywhere, and a figure's title."""
+    return re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}", name) is not None
 
 
 def settle(section: Any) -> None:
@@ -201,6 +208,14 @@ class TrainingConfig:
         settle(self)
         for name in ("max_observations", "test_episodes", "checkpoint_seconds"):
             _check(self, name, ok=getattr(self, name) >= 0, wanted="0 or more")
+        flown = self.validation_episodes + self.final_validation_episodes
+        if flown > len(VALIDATION_STARTS):
+            raise ValueError(
+                f"validation_episodes + final_validation_episodes = {flown}: "
+                f"must be at most {len(VALIDATION_STARTS)}, as there are no more starts"
+            )
+        test_ok = self.test_episodes <= len(TEST_STARTS)
+        _check(self, "test_episodes", ok=test_ok, wanted=f"at most {len(TEST_STARTS)}")
         for name in (
             "episodes",
             "validation_period",
@@ -230,12 +245,14 @@ class Config:
 
     def __post_init__(self) -> None:
         settle(self)
+        preset_ok = is_plain_name(self.preset)
+        _check(self, "preset", ok=preset_ok, wanted="letters, digits, '.', '_' and '-'")
         _check(self, "seed", ok=0 <= self.seed < 2**32, wanted="from 0 to 4294967295")
 
     @property
     def digest(self) -> str:
         """12 hex digits that two configs share only if they are equal, `preset` aside."""
-        same = dataclasses.replace(self, preset="")
+        same = dataclasses.replace(self, preset="custom")
         return hashlib.sha256(to_toml(same).encode()).hexdigest()[:12]
 
 

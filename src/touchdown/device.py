@@ -10,6 +10,15 @@ Device = Literal["cpu", "gpu"]
 _ONE_THREAD = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
 
 
+_chosen: list[Device] = []
+
+
+def use_default() -> None:
+    """Have JAX compute on the CPU, unless a device was chosen before."""
+    if not _chosen:
+        use("cpu")
+
+
 def use(device: Device) -> None:
     """Have JAX compute on one kind of device.
 
@@ -36,3 +45,4 @@ def use(device: Device) -> None:
             f"device {device!r}: JAX finds none here ({one_line(error)}); "
             "use cpu, or install JAX for your GPU"
         ) from None
+    _chosen.append(device)

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from rich.console import Console
 
-from touchdown import files, progress, tables
+from touchdown import device, files, progress, tables
 from touchdown.config import Config
 from touchdown.control.pid import PIDConfig, Rule
 from touchdown.errors import Interrupted, UserError, one_line
@@ -129,6 +129,7 @@ def resume(run: str, *, runs_dir: Path | str = DEFAULT_RUNS, console: Console | 
 
 def _complete(folder: RunFolder, console: Console | None) -> Run:
     """Whatever a run still lacks: training, choice, test, pictures."""
+    device.use_default()
     try:
         return _completed(folder, console or Console(quiet=True))
     except Interrupted:
@@ -169,6 +170,10 @@ def _completed(folder: RunFolder, shown: Console) -> Run:
     shown.print(f"{folder.name}: {seconds}, {progress.clock(time.monotonic() - began)} in all")
     if tested:
         shown.print(tables.evaluation_table(tested, paper=evaluations.is_lander(tested[0])))
+        if config.preset == "pilot":
+            shown.print(
+                "This is the preset pilot: paper-best's values, stopped at 180,000 observations."
+            )
     for path in run.pictures:
         shown.print(f"  {path}", soft_wrap=True)
     return run
@@ -339,6 +344,8 @@ def tune_pid(
     _check_seed(seed, 1)
     if out is not None and not Path(out).absolute().parent.is_dir():
         raise UserError(f"out {str(out)!r}: its folder does not exist")
+    if out is not None and (not Path(out).name or Path(out).is_dir()):
+        raise UserError(f"out {str(out)!r}: must be a file, such as pid.toml")
     shown = console or Console(quiet=True)
     step = None
     with (
@@ -419,6 +426,7 @@ def run_facts(run: Run) -> dict[str, Any]:
 
 
 def _pilot_of(pilot: PilotLike, runs_dir: Path, env_id: str) -> NamedPilot:
+    device.use_default()
     if isinstance(pilot, NamedPilot):
         return pilot
     if isinstance(pilot, Run):

@@ -290,6 +290,16 @@ def test_names_are_counted_up_and_a_taken_one_is_refused(tmp_path):
             folders.create(tmp_path, config, bad)
 
 
+def test_a_run_that_lost_its_tensorboard_events_goes_on(finished, tmp_path):
+    folder = folders.create(tmp_path, small_config(), "eventless")
+    with pytest.raises(Interrupted):
+        train(folder, after(5))
+    for path in folder.path.glob("events.*"):
+        path.unlink()
+    train(folder)
+    assert_same_run(finished, folder)
+
+
 def test_two_trainers_never_share_a_run(tmp_path):
     folder = folders.create(tmp_path, small_config(), "shared")
     first = Trainer(folder)

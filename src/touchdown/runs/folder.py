@@ -16,6 +16,8 @@ from touchdown.config import Config
 from touchdown.errors import UserError, one_line
 
 FORMAT_VERSION = 1
+CONTROLLERS = ("pid", "heuristic", "random")
+"""Pilots that need no run, and so names that no run may have."""
 DEFAULT_RUNS = Path("runs")
 _RECORDED_PACKAGES = (
     "touchdown",
@@ -100,8 +102,13 @@ def create(runs_dir: Path, config: Config, name: str | None = None) -> RunFolder
     Raises:
         UserError: the name is taken or no file name, or the folder cannot be written.
     """
-    if name is not None and (not name or Path(name).name != name or name.startswith(".")):
-        raise UserError(f"name {name!r}: must be a plain folder name, such as pilot-0")
+    if name is not None and not configs.is_plain_name(name):
+        raise UserError(
+            f"name {name!r}: must be a plain folder name of letters, digits, '.', '_' and '-', "
+            "such as pilot-0"
+        )
+    if name in CONTROLLERS or (name and name.endswith((".toml", ".safetensors"))):
+        raise UserError(f"name {name!r}: means another pilot to evaluate and fly; choose another")
     try:
         runs_dir.mkdir(parents=True, exist_ok=True)
         path = _claim(runs_dir, name, f"{config.preset}-{config.seed}")
@@ -142,7 +149,7 @@ def lock(folder: RunFolder) -> IO[bytes]:
     file = (folder.path / "lock").open("ab")
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
+    except BlockingIOError:
         file.close()
         raise UserError(f"run {folder.name!r}: another process is training it") from None
     return file

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -19,15 +19,13 @@ from touchdown.agents.dqn import GreedyPilot
 from touchdown.agents.networks import QNetwork
 from touchdown.config import Config
 from touchdown.control.pid import PIDConfig, PIDPilot, Rule
-from touchdown.errors import UserError
+from touchdown.errors import UserError, one_line
 from touchdown.lander import env as lander
 from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
 from touchdown.types import FloatArray, IntArray, Pilot
 
 WEIGHTS_FORMAT_VERSION = 1
-CONTROLLERS = ("pid", "heuristic", "random")
-"""Pilots that need no run."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +87,12 @@ def read_pid(path: Path) -> PIDConfig:
     start = PIDConfig(
         rule="signed", kp_vertical=0, ki_vertical=0, kp_angle=0, kd_angle=0, dead_band=0
     )
-    return configs.replace_fields(start, configs.read_toml(path), str(path))
+    values = configs.read_toml(path)
+    gains = configs.replace_fields(start, values, str(path))
+    missing = [item.name for item in fields(start) if item.name not in values]
+    if missing:
+        raise UserError(f"{path}: {', '.join(missing)}: missing; a PID needs every gain")
+    return gains
 
 
 def load(
@@ -189,9 +192,9 @@ def load_weights(path: Path) -> NamedPilot:
         params = np.concatenate([part.ravel() for layer in layers for part in layer])
         if params.dtype != np.float32 or params.size != network.num_params:
             raise ValueError(f"{params.size} {params.dtype} weights for {network.num_params}")
+        return NamedPilot(path.stem, GreedyPilot(network, params), metadata["env_id"])
     except (KeyError, IndexError, ValueError) as error:
-        raise UserError(f"{path}: not a pilot's weights: {error}") from None
-    return NamedPilot(path.stem, GreedyPilot(network, params), metadata["env_id"])
+        raise UserError(f"{path}: not a pilot's weights: {one_line(error)}") from None
 
 
 def facts_of(path: Path) -> dict[str, Any]:

@@ -116,6 +116,8 @@ class Trainer:
 
     def _check_records(self) -> None:
         for name, size in self._progress.record_sizes.items():
+            if not name.endswith(".jsonl"):
+                continue  # TensorBoard's events are a copy: a run does without them
             path = self._folder.path / name
             if not path.is_file() or path.stat().st_size < size:
                 raise UserError(f"{path}: shorter than its checkpoint says; it was altered")
