@@ -394,7 +394,7 @@ def main(argv: Sequence[str] | None = None) -> None:
         _fail(str(error))
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
-        _fail(f"{where}{error.strerror or one_line(error)}")
+        _fail(f"{where}{one_line(error)}")
     except Interrupted as stopped:
         _fail(str(stopped), INTERRUPTED)
     except KeyboardInterrupt:

@@ -71,7 +71,7 @@ def save(figure: Figure, path: Path) -> None:
     try:
         files.write_through(path, lambda temporary: figure.savefig(temporary, format="png"))
     except OSError as error:
-        reason = error.strerror or one_line(error)
+        reason = one_line(error)
         raise UserError(f"{path}: cannot be written: {reason}") from None
     finally:
         figure.clear()

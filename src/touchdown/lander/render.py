@@ -240,7 +240,7 @@ def _write(path: Path, write: Callable[[Path], object]) -> None:
     try:
         files.write_through(path, write)
     except OSError as error:
-        reason = error.strerror or one_line(error)
+        reason = one_line(error)
         raise UserError(f"{path}: cannot be written: {reason}") from None
 
 

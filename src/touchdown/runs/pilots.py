@@ -66,11 +66,6 @@ class RandomPilot:
         return self._rng.integers(self._num_actions, size=len(observations))
 
 
-def greedy(network: QNetwork, params: np.ndarray[Any, np.dtype[np.float32]]) -> GreedyPilot:
-    """A network with weights, flown without exploring."""
-    return GreedyPilot(network, params)
-
-
 def shipped_pid(rule: Rule | None = None) -> PIDConfig:
     """The gains that came out of `touchdown tune pid`, for one rule, or for the better of them."""
     name = f"pid_{rule or 'signed'}.toml"

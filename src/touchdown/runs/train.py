@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from touchdown import files
-from touchdown.agents.dqn import DQNAgent, Spaces
+from touchdown.agents.dqn import DQNAgent, GreedyPilot, Spaces
 from touchdown.agents.learner import Metrics
 from touchdown.config import Config
 from touchdown.errors import Interrupted, UserError
@@ -290,7 +290,7 @@ class Trainer:
         )
         means: list[float] = []
         for finalist in progress.finalists:
-            pilot = pilots.greedy(self._agent.network, finalist.params)
+            pilot = GreedyPilot(self._agent.network, finalist.params)
             results = self._fleet.fly(pilot, starts, self._on_flight)
             means.append(float(np.mean([result.episode_return for result in results])))
             if self._should_stop():
