@@ -22,6 +22,7 @@ from touchdown.config import (  # noqa: E402
     LearningConfig,
     NetworkConfig,
     ReplayConfig,
+    TrainingConfig,
 )
 from touchdown.seeding import streams  # noqa: E402
 
@@ -71,6 +72,7 @@ def new_agent() -> Callable[..., DQNAgent]:
             replay=ReplayConfig(**{"capacity": 1_000, "min_size": 8} | (replay or {})),
             exploration=ExplorationConfig(**exploration or {}),
             learning=LearningConfig(**{"batch_size": 16} | (learning or {})),
+            training=TrainingConfig(metrics_period=1),
         )
         return DQNAgent(config, SPACES, streams(seed))
 

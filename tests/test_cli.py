@@ -74,10 +74,18 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["train", "--gamma=-0.1"], "gamma = -0.1: must be from 0 to 1"),
         (["train", "--gamma=nan"], "gamma = nan: must be a finite number"),
         (["train", "--gamma=fast"], "--gamma: could not convert string to float: 'fast'"),
-        (["train", "--hidden-sizes", "64", "0"], "hidden_sizes = (64, 0): must be whole numbers"),
-        (["train", "--capacity=0"], "capacity = 0: must be at least 1 transition"),
+        (
+            ["train", "--hidden-sizes", "64", "0"],
+            "hidden_sizes = (64, 0): must be from 1 to 100000 nodes",
+        ),
+        (["train", "--capacity=1000000000000000"], "must be from 1 to 1000000000 transitions"),
+        (["train", "--hidden-sizes", "100000000000"], "must be from 1 to 100000 nodes"),
+        (["train", "--learning-rate-duration=100000000000"], "must be from 0 to 2147483647"),
+        (["train", "--resaves=1000000000000"], "must be from 0 to 1000000"),
+        (["train", "--config=a.toml", "--config", "b.toml"], "--config: given 2 times"),
+        (["train", "--capacity=0"], "capacity = 0: must be from 1 to 1000000000 transitions"),
         (["train", "--capacity=10"], "min_size = 1000: must be at most capacity = 10"),
-        (["train", "--batch-size=-1"], "batch_size = -1: must be at least 1 transition"),
+        (["train", "--batch-size=-1"], "batch_size = -1: must be from 1 to"),
         (["train", "--seed=-1"], "seed = -1: must be from 0 to 4294967295"),
         (["train", "--optimizer=adagard"], "invalid choice 'adagard' for argument '--optimizer'"),
         (["train", "--config=no.toml"], "no.toml: cannot be read: No such file or directory"),
@@ -263,7 +271,8 @@ def test_a_name_taken_or_a_finished_run_loses_nothing(finished, capsys):
         ("evaluation.json", '{"format_version": 1, "pil', "show", "not JSON, perhaps cut off"),
         ("evaluation.json", '{"format_version": 7}', "show", "format_version = 7"),
         ("checkpoints/best.safetensors", "half", "evaluate", "not a whole safetensors file"),
-        ("episodes.jsonl", "{}\nbroken\n{}\n", "show", "line 2 is not a JSON object"),
+        ("episodes.jsonl", "broken\n{}\n", "show", "line 1 is not a JSON object"),
+        ("episodes.jsonl", "{}\n{}\n", "show", "line 1 has no observations"),
     ],
 )
 def test_half_written_run_files_are_named(finished, tmp_path, file, content, verb, said, capsys):
@@ -293,7 +302,8 @@ def test_a_full_disk_is_one_line_and_exit_code_2(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("touchdown.runs.record.Recorder.write", full)
     where = [f"--runs-dir={tmp_path / 'runs'}", "--name=full"]
     said = complaint("train", "dqn", *SHORT, "--episodes=2", *where, capsys=capsys)
-    assert said.endswith("episodes.jsonl: No space left on device")
+    assert "episodes.jsonl: cannot be written: No space left on device" in said
+    assert said.endswith(f"touchdown train --resume full --runs-dir {tmp_path / 'runs'}")
 
 
 def test_a_real_full_disk_keeps_what_was_saved(tmp_path):

@@ -1,10 +1,14 @@
+import io
 from dataclasses import replace
 
+import gymnasium
 import numpy as np
 import pytest
+from gymnasium.envs.classic_control import CartPoleEnv
+from rich.console import Console
 
 import touchdown
-from touchdown import files, presets
+from touchdown import files, presets, tables, verbs
 from touchdown.config import Config, TrainingConfig
 from touchdown.lander.flight import load_flights
 from touchdown.runs import pilots
@@ -101,6 +105,49 @@ def test_a_run_that_lost_a_picture_draws_it_again_without_training(run):
     assert (run.folder.episodes.read_bytes(), run.folder.evaluation.read_bytes()) == before
 
 
+def test_the_right_to_write_is_held_until_the_last_picture(tmp_path, monkeypatch):
+    refusals: list[str] = []
+
+    def try_to_resume(*_args, **_options) -> None:
+        with pytest.raises(touchdown.UserError) as refused:
+            touchdown.resume("pilot-0", runs_dir=tmp_path)
+        refusals.append(str(refused.value))
+
+    monkeypatch.setattr("touchdown.figures.curve.save_learning_curve", try_to_resume)
+    touchdown.train(tiny(test_episodes=0), runs_dir=tmp_path)
+    assert refusals == ["run 'pilot-0': another process is training it"]
+
+
+def test_a_finished_run_gone_on_with_gains_no_file(run):
+    before = {path for path in run.path.rglob("*") if path.is_file()}
+    touchdown.resume("pilot-0", runs_dir=run.path.parent)
+    assert {path for path in run.path.rglob("*") if path.is_file()} == before
+
+
+def test_a_finished_run_that_lost_its_weights_chooses_them_again(tmp_path):
+    run = touchdown.train(tiny(test_episodes=0), runs_dir=tmp_path)
+    weights, _ = files.read_tensors(run.folder.best)
+    run.folder.best.unlink()
+    touchdown.resume(run.name, runs_dir=tmp_path)
+    again, _ = files.read_tensors(run.folder.best)
+    assert all(np.array_equal(again[name], weights[name]) for name in weights)
+
+
+def test_a_broken_run_is_listed_beside_the_whole_ones(tmp_path):
+    touchdown.train(tiny(episodes=1, test_episodes=0), runs_dir=tmp_path, name="whole")
+    touchdown.train(tiny(episodes=1, test_episodes=0), runs_dir=tmp_path, name="half")
+    (tmp_path / "half" / "episodes.jsonl").write_text("{}\n")
+    whole, half = verbs.list_facts(tmp_path)
+    assert (whole["name"], whole["status"]) == ("whole", "finished")
+    assert (half["name"], half["status"]) == ("half", "broken")
+    assert "line 1 has no observations" in half["error"]
+    console = Console(record=True, width=120, file=io.StringIO())
+    console.print(tables.runs_table([whole, half]))
+    text = console.export_text()
+    assert "finished" in text
+    assert "broken" in text
+
+
 def test_a_run_without_weights_yet_says_so(tmp_path):
     from touchdown.runs import folder  # noqa: PLC0415
 
@@ -156,13 +203,35 @@ def test_bad_gains_are_refused(tmp_path, text, said):
     assert said in str(refused.value)
 
 
-def test_random_pilots_repeat():
-    one = touchdown.evaluate("random", episodes=3, env_id="CartPole-v1").episodes
-    assert one == touchdown.evaluate("random", episodes=3, env_id="CartPole-v1").episodes
+def test_chance_flies_a_start_alike_whoever_flies_beside():
+    three = touchdown.evaluate("random", episodes=3, env_id="CartPole-v1").episodes
+    assert (
+        three[2:] == touchdown.evaluate("random", episodes=1, seed=2, env_id="CartPole-v1").episodes
+    )
+    flight = touchdown.fly("random", seed=2, env_id="CartPole-v1")
+    assert flight.steps == three[2].steps
+
+
+def test_chance_takes_every_action_equally_often():
+    observations = np.random.default_rng(0).normal(size=(4_000, 8)).astype(np.float32)
+    counts = np.bincount(pilots.RandomPilot(4).act(observations), minlength=4)
+    assert counts == pytest.approx(1_000, abs=100)  # 3.7 standard deviations
+
+
+def test_a_world_without_a_threshold_counts_no_episode_as_solved():
+    gymnasium.register("Unsolvable-v0", CartPoleEnv, max_episode_steps=20)
+    try:
+        evaluation = touchdown.evaluate("random", episodes=2, env_id="Unsolvable-v0")
+    finally:
+        gymnasium.registry.pop("Unsolvable-v0")
+    assert evaluation.summary.threshold is None
+    assert evaluation.summary.share_solved is None
+    console = Console(record=True, width=120, file=io.StringIO())
+    console.print(tables.evaluation_table([evaluation]))
+    assert "share" not in console.export_text()
 
 
 def test_the_stock_heuristic_flies_as_gymnasium_flies_it():
-    import gymnasium  # noqa: PLC0415
     from gymnasium.envs.box2d.lunar_lander import heuristic  # noqa: PLC0415
 
     env = gymnasium.make("LunarLander-v3")
@@ -189,3 +258,34 @@ def test_weights_of_another_network_are_refused(tmp_path):
     save_file({"w": np.zeros(3, np.float32)}, path, {"format_version": "1"})
     with pytest.raises(touchdown.UserError, match="not a pilot's weights"):
         pilots.load_weights(path)
+
+
+def test_weights_for_another_world_than_they_say_are_refused(run, tmp_path):
+    from safetensors.numpy import save_file  # noqa: PLC0415
+
+    tensors, metadata = files.read_tensors(run.folder.best)
+    path = tmp_path / "cart.safetensors"
+    save_file(tensors, path, metadata | {"env_id": "CartPole-v1"})
+    with pytest.raises(
+        touchdown.UserError,
+        match="8 inputs and 4 outputs, must be 4 and 2 for env_id 'CartPole-v1'",
+    ):
+        pilots.load_weights(path)
+
+
+def test_gains_that_cannot_be_saved_are_said(tmp_path, monkeypatch):
+    def full(*_args) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("touchdown.files.write_atomic", full)
+    with pytest.raises(touchdown.UserError, match=r"kp_vertical=.*No space left on device"):
+        touchdown.tune_pid(starts=1, tolerance=0.9, out=tmp_path / "pid.toml")
+
+
+def test_being_out_of_memory_says_what_to_make_smaller(tmp_path, monkeypatch):
+    def no_memory(*_args, **_options) -> None:
+        raise MemoryError("Unable to allocate 76.3 GiB")
+
+    monkeypatch.setattr("touchdown.runs.train.DQNAgent", no_memory)
+    with pytest.raises(touchdown.UserError, match=r"76.3 GiB.*a smaller capacity, batch_size"):
+        touchdown.train(tiny(), runs_dir=tmp_path)

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import redirect_stderr
 from dataclasses import dataclass, field, fields
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -23,7 +24,7 @@ from touchdown.config import (
     NetworkConfig,
     ReplayConfig,
     TrainingConfig,
-    from_toml,
+    from_values,
     read_toml,
 )
 from touchdown.errors import Interrupted, UserError, one_line
@@ -170,10 +171,11 @@ class Fly:
         )
         console.print(
             f"{self.pilot} from start {self.seed}: {flight.outcome}, "
-            f"return {flight.episode_return:.1f}, {flight.steps} steps, fuel {flight.fuel:.1f}"
+            f"return {flight.episode_return:.1f}, {flight.steps} steps, fuel {flight.fuel:.1f}",
+            markup=False,
         )
         if out != "window":
-            console.print(f"  {out}", soft_wrap=True)
+            console.print(f"  {out}", soft_wrap=True, markup=False)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -204,7 +206,7 @@ class Tune:
             out=self.out,
             console=console,
         )
-        console.print(f"{best}\n  {self.out}", soft_wrap=True)
+        console.print(f"{best}\n  {self.out}", soft_wrap=True, markup=False)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -218,13 +220,17 @@ class Runs:
         """Hand over to `verbs.list_runs`."""
         from touchdown import tables, verbs  # noqa: PLC0415
 
-        facts = [verbs.run_facts(run) for run in verbs.list_runs(self.runs_dir)]
+        facts = verbs.list_facts(self.runs_dir)
         if self.json:
             _print_json(facts)
-        elif facts:
-            console.print(tables.runs_table(facts))
-        else:
-            console.print(f"no runs in {self.runs_dir}; `touchdown train` makes one")
+            return
+        if not facts:
+            console.print(f"no runs in {self.runs_dir}; `touchdown train` makes one", markup=False)
+            return
+        console.print(tables.runs_table(facts))
+        for run in facts:
+            if run["status"] == "broken":
+                console.print(f"  {run['error']}", soft_wrap=True, markup=False)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -251,7 +257,7 @@ class Show:
         if evaluated:
             console.print(tables.evaluation_table(evaluated))
         for path in pictures:
-            console.print(f"  {path}", soft_wrap=True)
+            console.print(f"  {path}", soft_wrap=True, markup=False)
 
 
 Verb = Train | Evaluate | Fly | Tune | Runs | Show
@@ -275,10 +281,11 @@ def _train_defaults(argv: Sequence[str]) -> Train:
         return Train()
     given = _preset_in(argv)
     file = _value_of(argv, "--config")
-    named = read_toml(Path(file)).get("preset") if file is not None else None
+    values = {} if file is None else read_toml(Path(file))
+    named = str(values.get("preset"))
     config = presets.preset(given or (named if named in presets.PRESETS else "pilot"))
     if file is not None:
-        config = from_toml(Path(file), config)
+        config = from_values(values, config, Path(file))
     sections = {section: getattr(config, section) for section in SECTIONS}
     return Train(preset=given or config.preset, seed=config.seed, env_id=config.env_id, **sections)
 
@@ -290,12 +297,15 @@ def _preset_in(argv: Sequence[str]) -> str | None:
 
 
 def _value_of(argv: Sequence[str], flag: str) -> str | None:
-    for i, token in enumerate(argv):
-        if token == flag and i + 1 < len(argv):
-            return argv[i + 1]
-        if token.startswith(f"{flag}="):
-            return token.partition("=")[2]
-    return None
+    given = [
+        value
+        for token, following in zip_longest(argv, argv[1:])
+        for name, _, after in [token.partition("=")]
+        if name == flag and (value := after or following) is not None
+    ]
+    if len(given) > 1:
+        raise UserError(f"{flag}: given {len(given)} times; must be given once")
+    return given[0] if given else None
 
 
 def parse(argv: Sequence[str]) -> Verb:

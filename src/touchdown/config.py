@@ -20,6 +20,13 @@ from touchdown.seeding import TEST_STARTS, VALIDATION_STARTS
 FORMAT_VERSION = 1
 
 
+# Above these a setting is a slip of the finger, and would end in a system without memory.
+_MOST_NODES = 100_000
+_MOST_TRANSITIONS = 1_000_000_000
+_MOST_RESAVES = 1_000_000
+_MOST_STEPS = 2**31 - 1  # optax counts in 32 bits
+
+
 def _check(section: object, name: str, *, ok: bool, wanted: str) -> None:
     if not ok:
         raise ValueError(f"{name} = {getattr(section, name)!r}: must be {wanted}")
@@ -85,8 +92,8 @@ class NetworkConfig:
 
     def __post_init__(self) -> None:
         settle(self)
-        sizes_ok = all(size > 0 for size in self.hidden_sizes)
-        _check(self, "hidden_sizes", ok=sizes_ok, wanted="whole numbers of at least 1 node")
+        sizes_ok = all(0 < size <= _MOST_NODES for size in self.hidden_sizes)
+        _check(self, "hidden_sizes", ok=sizes_ok, wanted=f"from 1 to {_MOST_NODES} nodes each")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,13 +111,15 @@ class ReplayConfig:
 
     def __post_init__(self) -> None:
         settle(self)
-        _check(self, "capacity", ok=self.capacity > 0, wanted="at least 1 transition")
+        fits = 0 < self.capacity <= _MOST_TRANSITIONS
+        _check(self, "capacity", ok=fits, wanted=f"from 1 to {_MOST_TRANSITIONS} transitions")
         _check(self, "min_size", ok=self.min_size > 0, wanted="at least 1 transition")
         if self.min_size > self.capacity:
             raise ValueError(
                 f"min_size = {self.min_size}: must be at most capacity = {self.capacity}"
             )
-        _check(self, "resaves", ok=self.resaves >= 0, wanted="0 or more")
+        resaves_ok = 0 <= self.resaves <= _MOST_RESAVES
+        _check(self, "resaves", ok=resaves_ok, wanted=f"from 0 to {_MOST_RESAVES}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -175,10 +184,12 @@ class LearningConfig:
         _check(self, "learning_rate_end", ok=self.learning_rate_end >= 0, wanted="0 or more")
         _check(self, "reward_scale", ok=self.reward_scale > 0, wanted="above 0")
         _check(self, "max_grad_norm", ok=self.max_grad_norm >= 0, wanted="0 (never) or more")
-        _check(self, "batch_size", ok=self.batch_size > 0, wanted="at least 1 transition")
+        batch_ok = 0 < self.batch_size <= _MOST_TRANSITIONS
+        _check(self, "batch_size", ok=batch_ok, wanted=f"from 1 to {_MOST_TRANSITIONS} transitions")
         _check(self, "update_period", ok=self.update_period > 0, wanted="at least 1 observation")
         for name in ("learning_rate_duration", "target_period"):
-            _check(self, name, ok=getattr(self, name) >= 0, wanted="0 or more")
+            ok = 0 <= getattr(self, name) <= _MOST_STEPS
+            _check(self, name, ok=ok, wanted=f"from 0 to {_MOST_STEPS}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -318,16 +329,25 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise UserError(f"{path}: not TOML: {one_line(error)}") from None
 
 
-def from_toml(path: Path, base: Config | None = None) -> Config:
-    """The config in a TOML file; fields that it leaves out keep those of `base`.
+def from_toml(path: Path) -> Config:
+    """The config in a TOML file; fields that it leaves out have their defaults.
 
     Raises:
         UserError: an unreadable file, an unknown field, a refused value, another format version.
     """
-    values = read_toml(path)
+    return from_values(read_toml(path), Config(), path)
+
+
+def from_values(values: Mapping[str, Any], base: Config, path: Path) -> Config:
+    """The config that a TOML file's values make of `base`; `path` is named in errors.
+
+    Raises:
+        UserError: an unknown field, a refused value, another format version.
+    """
+    values = dict(values)
     version = values.pop("format_version", FORMAT_VERSION)
     if version != FORMAT_VERSION:
         raise UserError(
             f"{path}: format_version = {version!r}: this touchdown reads {FORMAT_VERSION}"
         )
-    return replace_fields(base or Config(), values, str(path))
+    return replace_fields(base, values, str(path))

@@ -13,6 +13,11 @@ _ONE_THREAD = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1
 _chosen: list[Device] = []
 
 
+def chosen() -> Device:
+    """The device in use, or the one that will be."""
+    return _chosen[-1] if _chosen else "cpu"
+
+
 def use_default() -> None:
     """Have JAX compute on the CPU, unless a device was chosen before."""
     if not _chosen:

@@ -5,7 +5,8 @@ import hashlib
 import json
 import os
 import shutil
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Generator, Iterable
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, cast
 
@@ -55,10 +56,27 @@ def write_folder_atomic(path: Path, write: Callable[[Path], object]) -> None:
         temporary.mkdir(parents=True)
         write(temporary)
         for file in temporary.iterdir():
-            _sync(file)
+            if file.is_file():
+                _sync(file)
         temporary.replace(path)
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
+
+
+@contextmanager
+def refusing(where: str) -> Generator[None]:
+    """Turn what the system says against writing, within the block, into a line for the user.
+
+    Args:
+        where: what cannot be written, such as its path.
+
+    Raises:
+        UserError: an OSError was raised inside.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise UserError(f"{where}: cannot be written: {one_line(error)}") from None
 
 
 def read_json(path: Path) -> dict[str, Any]:
@@ -88,11 +106,15 @@ def parse_json_object(path: Path, data: bytes) -> dict[str, Any]:
     return cast(dict[str, Any], value)
 
 
-def read_jsonl(path: Path) -> list[dict[str, Any]]:
+def read_jsonl(path: Path, fields: Iterable[str] = ()) -> list[dict[str, Any]]:
     """The objects of a JSON Lines file; a last line without its newline is still being written.
 
+    Args:
+        path: of the file.
+        fields: that every line must have.
+
     Raises:
-        UserError: the file is missing, or a whole line is not a JSON object.
+        UserError: the file is missing, or a whole line is not a JSON object with those fields.
     """
     try:
         data = path.read_bytes()
@@ -106,6 +128,9 @@ def read_jsonl(path: Path) -> list[dict[str, Any]]:
             row = None
         if not isinstance(row, dict):
             raise UserError(f"{path}: line {number} is not a JSON object")
+        missing = [name for name in fields if name not in row]
+        if missing:
+            raise UserError(f"{path}: line {number} has no {missing[0]}")
         rows.append(cast(dict[str, Any], row))
     return rows
 

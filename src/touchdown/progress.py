@@ -8,10 +8,18 @@ from types import FrameType
 
 from rich.console import Console, Group
 from rich.live import Live
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TaskProgressColumn,
+    TextColumn,
+    TimeRemainingColumn,
+)
 from rich.table import Table
 from rich.text import Text
 
+from touchdown.errors import Interrupted
 from touchdown.runs.train import Status
 
 
@@ -27,6 +35,15 @@ class StopSignal:
 
     def __init__(self) -> None:
         self.requested = False
+
+    def check(self) -> None:
+        """Stop here, if asked to.
+
+        Raises:
+            Interrupted: a signal asked for it.
+        """
+        if self.requested:
+            raise Interrupted
 
     def __call__(self) -> bool:
         """Whether to stop."""
@@ -64,15 +81,11 @@ class TrainingView:
     Args:
         console: where to draw.
         name: of the run.
-        episodes: that training takes at most.
-        observations: that training takes at most; 0 is no limit.
     """
 
-    def __init__(self, console: Console, name: str, episodes: int, observations: int) -> None:
+    def __init__(self, console: Console, name: str) -> None:
         self._console = console
         self._name = name
-        self._episodes = episodes
-        self._observations = observations
         self._live = Live(console=console, refresh_per_second=4)
         self._phase = _counter(console)
 
@@ -121,23 +134,26 @@ class TrainingView:
             table.add_column(justify="right", no_wrap=True)
         table.add_row(*(Text(name, style="dim") for name, _ in cells))
         table.add_row(*(Text(value, style="bold") for _, value in cells))
-        share = status.episode / self._episodes
-        if self._observations:
-            share = max(share, status.observations / self._observations)
         bar = Progress(
-            TextColumn(f"training {self._name}"),
+            TextColumn(f"training {self._name}", markup=False),
             BarColumn(40),
             TextColumn("{task.percentage:.0f}%"),
             console=self._console,
         )
-        bar.add_task("", total=1_000, completed=round(1_000 * min(share, 1.0)))
+        bar.add_task("", total=1_000, completed=round(1_000 * status.share_done))
         return Group(bar, table)
 
 
 @contextmanager
-def counting(console: Console, text: str, total: int) -> Generator["Counter"]:
-    """A progress bar with an ETA on a terminal, nothing anywhere else."""
-    counter = Counter(_counter(console), text, total)
+def counting(console: Console, text: str, total: float) -> Generator["Counter"]:
+    """A progress bar with an ETA on a terminal, nothing anywhere else.
+
+    Args:
+        console: where to draw.
+        text: what is being done.
+        total: things to do; 1.0 shows a percentage, for work of unknown count.
+    """
+    counter = Counter(_counter(console, percent=total == 1.0), text, total)
     if console.is_terminal:
         with counter.bar:
             yield counter
@@ -148,7 +164,7 @@ def counting(console: Console, text: str, total: int) -> Generator["Counter"]:
 class Counter:
     """A bar that is told of each thing done."""
 
-    def __init__(self, bar: Progress, text: str, total: int) -> None:
+    def __init__(self, bar: Progress, text: str, total: float) -> None:
         self.bar = bar
         self._task = bar.add_task(text, total=total)
 
@@ -161,11 +177,11 @@ class Counter:
         self.bar.update(self._task, description=text, completed=completed)
 
 
-def _counter(console: Console) -> Progress:
+def _counter(console: Console, *, percent: bool = False) -> Progress:
     return Progress(
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(30),
-        MofNCompleteColumn(),
+        TaskProgressColumn() if percent else MofNCompleteColumn(),
         TimeRemainingColumn(),
         console=console,
         transient=True,

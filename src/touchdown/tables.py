@@ -21,12 +21,15 @@ PAPER_MEANS = {
 """What the paper reports, each from a single run on LunarLander-v2."""
 
 
-def evaluation_table(evaluations: Sequence[Evaluation], *, paper: bool = False) -> Group:
+def evaluation_table(
+    evaluations: Sequence[Evaluation], *, paper: bool = False, note: str = ""
+) -> Group:
     """One column a pilot, so that four of them fit a terminal of 80 characters.
 
     Args:
         evaluations: flights from the same starts; with `paper`, an agent's first and `pid` second.
         paper: whether to add the paper's means, the PID's under the PID.
+        note: a sentence to stand under the table, before the others.
     """
     first = evaluations[0]
     starts = [episode.seed for episode in first.episodes]
@@ -44,8 +47,9 @@ def evaluation_table(evaluations: Sequence[Evaluation], *, paper: bool = False) 
             cells = ["", mean] if name == "PID" else [mean]
             table.add_row(f"paper: {name}", *cells, style="dim")
     notes = (
-        "IQM: interquartile mean, with its 95% bootstrap interval. Worst 5%: mean of the lowest."
-    )
+        f"{note} IQM: interquartile mean, with its 95% bootstrap interval. "
+        "Worst 5%: mean of the lowest."
+    ).strip()
     if is_lander(first):
         notes += " Fuel: return points spent on engines."
     if paper:
@@ -59,7 +63,8 @@ def _rows(first: Evaluation) -> Iterator[tuple[str, Callable[[Summary], str]]]:
     yield "return, IQM", lambda s: f"{s.iqm.value:.1f}"
     yield "  95% interval", lambda s: f"[{s.iqm.low:.0f}, {s.iqm.high:.0f}]"
     yield "return, worst 5%", lambda s: f"{s.worst:.1f}"
-    yield f"share ≥ {first.summary.threshold:g}", lambda s: f"{s.share_solved:.0%}"
+    if first.summary.threshold is not None:
+        yield f"share ≥ {first.summary.threshold:g}", lambda s: f"{s.share_solved:.0%}"
     if is_lander(first):
         for outcome in ("landed", "crashed", "out of bounds", "timed out"):
             yield outcome, lambda s, outcome=outcome: f"{s.outcomes.get(outcome, 0.0):.0%}"
@@ -85,9 +90,12 @@ def runs_table(facts: Sequence[Mapping[str, Any]]) -> Table:
         text = name in ("preset", "world", "status")
         table.add_column(name, justify="left" if text else "right", no_wrap=True)
     for run in facts:
+        if run["status"] == "broken":
+            table.add_row(Text(run["name"]), "", "", "", Text("broken", style="bold red"))
+            continue
         test = run["test"]
         table.add_row(
-            run["name"],
+            Text(run["name"]),
             run["preset"],
             run["env_id"],
             str(run["seed"]),

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -18,7 +19,7 @@ from touchdown.lander import env as lander
 from touchdown.lander import flight as flights
 from touchdown.lander import render
 from touchdown.lander.flight import Flight
-from touchdown.presets import preset
+from touchdown.presets import SECTIONS_OF_THE_PAPER, preset
 from touchdown.runs import evaluation as evaluations
 from touchdown.runs import folder as folders
 from touchdown.runs import pilots, tune
@@ -105,9 +106,9 @@ def train(
         The finished run.
 
     Raises:
-        UserError: the config, the name, the folder or the world cannot be used.
+        UserError: the config, the name, the folder or the world cannot be used, or something
+            could not be written, such as on a full disk; `resume` goes on with what was saved.
         Interrupted: Ctrl-C or SIGTERM; the run was saved and `resume` goes on with it.
-        OSError: something could not be written, such as on a full disk.
     """
     settings = preset(config) if isinstance(config, str) else config
     if seed is not None:
@@ -120,9 +121,8 @@ def resume(run: str, *, runs_dir: Path | str = DEFAULT_RUNS, console: Console | 
     """Go on with a run that was stopped, from its last checkpoint to its end.
 
     Raises:
-        UserError: there is no such run, or its files are broken.
+        UserError: there is no such run, its files are broken, or something could not be written.
         Interrupted: stopped again; the run was saved.
-        OSError: something could not be written.
     """
     return _complete(folders.find(run, Path(runs_dir)), console)
 
@@ -130,13 +130,24 @@ def resume(run: str, *, runs_dir: Path | str = DEFAULT_RUNS, console: Console | 
 def _complete(folder: RunFolder, console: Console | None) -> Run:
     """Whatever a run still lacks: training, choice, test, pictures."""
     device.use_default()
+    where = folder.path.parent
+    place = "" if where == DEFAULT_RUNS else f" --runs-dir {where}"
+    go_on = f"go on with: touchdown train --resume {folder.name}{place}"
     try:
         return _completed(folder, console or Console(quiet=True))
     except Interrupted:
-        where = folder.path.parent
-        place = "" if where == DEFAULT_RUNS else f" --runs-dir {where}"
-        raise Interrupted(
-            f"stopped and saved; go on with: touchdown train --resume {folder.name}{place}"
+        raise Interrupted(f"stopped and saved; {go_on}") from None
+    except OSError as error:
+        path = error.filename or folder.path
+        raise UserError(
+            f"{path}: cannot be written: {one_line(error)}; what was saved before is whole; {go_on}"
+        ) from None
+    except (MemoryError, RuntimeError) as error:
+        if isinstance(error, RuntimeError) and "RESOURCE_EXHAUSTED" not in str(error):
+            raise  # only JAX's way to say that there is no memory left
+        raise UserError(
+            f"{folder.path}: out of memory ({one_line(error)[:120]}); "
+            "a smaller capacity, batch_size or hidden_sizes would fit"
         ) from None
 
 
@@ -145,41 +156,50 @@ def _completed(folder: RunFolder, shown: Console) -> Run:
     began = time.monotonic()
     training = config.training
     with (
-        progress.TrainingView(
-            shown, folder.name, training.episodes, training.max_observations
-        ) as view,
+        progress.TrainingView(shown, folder.name) as view,
         progress.stop_on_signals(shown) as stop,
+        # open to the end: it holds the right to write to the run
+        closing(
+            Trainer(
+                folder,
+                should_stop=stop,
+                on_status=view.status,
+                on_phase=view.phase,
+                on_flight=view.advance,
+            )
+        ) as trainer,
     ):
-        trainer = Trainer(
-            folder,
-            should_stop=stop,
-            on_status=view.status,
-            on_phase=view.phase,
-            on_flight=view.advance,
-        )
-        try:
-            trainer.run()
-        finally:
-            trainer.close()
+
+        def advance() -> None:
+            view.advance()
+            stop.check()
+
+        trainer.run()
         trained = time.monotonic()
         run = Run(folder)
-        tested = _test(run, view, stop) if training.test_episodes else []
+        tested = _test(run, view.phase, advance) if training.test_episodes else []
         view.phase("drawing", len(_PICTURES) if tested else 1)
-        _draw(run, tested, view.advance)
+        _draw(run, tested, advance)
     seconds = f"trained in {progress.clock(trained - began)}"
-    shown.print(f"{folder.name}: {seconds}, {progress.clock(time.monotonic() - began)} in all")
+    total = progress.clock(time.monotonic() - began)
+    shown.print(f"{folder.name}: {seconds}, {total} in all", markup=False)
     if tested:
-        shown.print(tables.evaluation_table(tested, paper=evaluations.is_lander(tested[0])))
-        if config.preset == "pilot":
-            shown.print(
-                "This is the preset pilot: paper-best's values, stopped at 180,000 observations."
+        note = SECTIONS_OF_THE_PAPER.get(config.preset)
+        shown.print(
+            tables.evaluation_table(
+                tested,
+                paper=evaluations.is_lander(tested[0]),
+                note=f"{folder.name} is of the preset {config.preset}: {note}." if note else "",
             )
+        )
     for path in run.pictures:
-        shown.print(f"  {path}", soft_wrap=True)
+        shown.print(f"  {path}", soft_wrap=True, markup=False)
     return run
 
 
-def _test(run: Run, view: progress.TrainingView, stop: progress.StopSignal) -> list[Evaluation]:
+def _test(
+    run: Run, on_phase: Callable[[str, int], object], on_episode: Callable[[], object]
+) -> list[Evaluation]:
     """Fly the chosen checkpoint and the baselines from the test starts, once."""
     already = evaluations_of(run)
     if already:
@@ -188,18 +208,13 @@ def _test(run: Run, view: progress.TrainingView, stop: progress.StopSignal) -> l
     names = ("pid", "heuristic", "random") if lander.is_lander(pilot.env_id) else ("random",)
     flown = [pilot, *(pilots.load(name, env_id=pilot.env_id) for name in names)]
     starts = TEST_STARTS[: run.config.training.test_episodes]
-    view.phase(
-        f"flying {len(starts)} test starts with {len(flown)} pilots", len(flown) * len(starts)
-    )
+    on_phase(f"flying {len(starts)} test starts with {len(flown)} pilots", len(flown) * len(starts))
     fleet = Fleet(pilot.env_id)
-    results: list[Evaluation] = []
     try:
-        for each in flown:
-            if stop():
-                raise Interrupted
-            results.append(
-                evaluations.evaluate_pilot(each, starts, fleet=fleet, on_episode=view.advance)
-            )
+        results = [
+            evaluations.evaluate_pilot(each, starts, fleet=fleet, on_episode=on_episode)
+            for each in flown
+        ]
     finally:
         fleet.close()
     evaluations.write_evaluations(run.folder.evaluation, results, pilots.facts_of(run.folder.best))
@@ -350,7 +365,7 @@ def tune_pid(
     step = None
     with (
         progress.stop_on_signals(shown) as stop,
-        progress.counting(shown, "tuning the PID", 1) as count,
+        progress.counting(shown, "tuning the PID", 1.0) as count,
     ):
         for step in tune.tune_pid(rule, starts, seed, tolerance):
             done = tune.share_done(step.step, tolerance)
@@ -360,15 +375,9 @@ def tune_pid(
     if step is None:
         raise UserError("tuning was stopped before its first trial")
     if out is not None:
-        _write(Path(out), tune.to_toml(step, starts, seed))
+        with files.refusing(f"{step.best}: found, but out {str(out)!r}"):
+            files.write_atomic(Path(out), tune.to_toml(step, starts, seed))
     return step.best
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        files.write_atomic(path, text)
-    except OSError as error:
-        raise UserError(f"out {str(path)!r}: cannot be written: {one_line(error)}") from None
 
 
 def list_runs(runs_dir: Path | str = DEFAULT_RUNS) -> list[Run]:
@@ -408,7 +417,8 @@ def run_facts(run: Run) -> dict[str, Any]:
         UserError: the run's files are broken.
     """
     config = run.config
-    episodes = files.read_jsonl(run.folder.episodes) if run.folder.episodes.is_file() else []
+    path = run.folder.episodes
+    episodes = files.read_jsonl(path, ("observations", "seconds")) if path.is_file() else []
     last = episodes[-1] if episodes else {"observations": 0, "seconds": 0.0}
     evaluation = run.evaluation
     return {
@@ -423,6 +433,21 @@ def run_facts(run: Run) -> dict[str, Any]:
         "seconds": last["seconds"],
         "test": evaluation.summary.to_json() if evaluation else None,
     }
+
+
+def list_facts(runs_dir: Path | str = DEFAULT_RUNS) -> list[dict[str, Any]]:
+    """`run_facts` of every run, oldest first; of a broken one its name, and what is the matter.
+
+    Raises:
+        UserError: there is no such folder.
+    """
+    facts: list[dict[str, Any]] = []
+    for run in list_runs(runs_dir):
+        try:
+            facts.append(run_facts(run))
+        except UserError as error:
+            facts.append({"name": run.name, "status": "broken", "error": str(error)})
+    return facts
 
 
 def _pilot_of(pilot: PilotLike, runs_dir: Path, env_id: str) -> NamedPilot:

@@ -87,7 +87,7 @@ def test_no_update_before_the_memory_holds_its_least(new_agent: NewAgent):
     assert metrics is not None
     assert not np.array_equal(online(agent), before)
     assert all(metrics is not None for metrics in feed(agent, 5))
-    assert int(agent.state.num_updates) == 6
+    assert agent.updates == 6
 
 
 def test_copies_count_towards_the_least_that_the_memory_holds(new_agent: NewAgent):
@@ -100,7 +100,7 @@ def test_updates_come_once_a_period(new_agent: NewAgent):
     agent = new_agent(replay={"min_size": 5}, learning={"update_period": 4})
     learnt = [metrics is not None for metrics in feed(agent, 17)]
     assert [i for i, did in enumerate(learnt, start=1) if did] == [8, 12, 16]
-    assert int(agent.state.num_updates) == 3
+    assert agent.updates == 3
 
 
 def test_target_is_copied_once_a_period_and_not_between(new_agent: NewAgent):
@@ -225,7 +225,7 @@ def test_two_agents_of_one_seed_are_identical_and_two_seeds_differ(new_agent: Ne
     flights = [flown(agent, chain) for agent in (one, same, other)]
     assert flights[0] == flights[1]
     assert flights[0] != flights[2]
-    assert int(one.state.num_updates) > 150
+    assert one.updates > 150
     assert np.array_equal(online(one), online(same))
     assert np.array_equal(target(one), target(same))
     assert np.array_equal(one.memory.ring.records, same.memory.ring.records)

@@ -91,6 +91,7 @@ class DQNAgent:
             config.replay.resave_threshold,
         )
         self.observations = 0  # environment steps observed so far
+        self.updates = 0
         self.epsilon = 1.0
         self._epsilon_of = exploration.make_schedule(config.exploration)
         self._next_q: jax.Array | None = None  # Q(s,·) for the coming action, if known already
@@ -101,14 +102,14 @@ class DQNAgent:
         update = make_update(self.network, self._config.learning)
 
         def update_and_look(
-            state: LearnerState, batch: Batch, observation: jax.Array
-        ) -> tuple[LearnerState, Metrics, jax.Array]:
+            state: LearnerState, batch: Batch, observation: jax.Array, measured: bool
+        ) -> tuple[LearnerState, Metrics | None, jax.Array]:
             # the values for the next action come from the same call: a second one would cost
             # as much again as the arithmetic of a small network
-            state, metrics = update(state, batch)
+            state, metrics = update(state, batch, measured)
             return state, metrics, self.network.apply(state.online_params, observation[None])[0]
 
-        return jax.jit(update_and_look, donate_argnums=0)
+        return jax.jit(update_and_look, donate_argnums=0, static_argnums=3)
 
     def begin_episode(self, episode: int) -> None:
         """Set ε for an episode whose schedule counts episodes, and forget the last one's values."""
@@ -136,7 +137,7 @@ class DQNAgent:
         """Remember one transition and learn from a minibatch (Algorithm 2, lines 6-12).
 
         Returns:
-            The update's metrics, or None while the memory is filling or between updates.
+            The metrics of every `metrics_period`-th update, None at other times.
         """
         config = self._config
         discount = 0.0 if terminated else config.learning.gamma  # truncation still bootstraps
@@ -150,7 +151,9 @@ class DQNAgent:
         ):
             batch = self.memory.sample(config.learning.batch_size, self._streams.replay)
             words = batch.view(np.float32).reshape(len(batch), -1)
-            self.state, metrics, self._next_q = self._update(self.state, words, o_t)
+            self.updates += 1
+            measured = self.updates % config.training.metrics_period == 0
+            self.state, metrics, self._next_q = self._update(self.state, words, o_t, measured)
         period = config.learning.target_period
         if period and self.observations % period == 0:
             self.state = copy_target(self.state)

@@ -20,7 +20,6 @@ class LearnerState(NamedTuple):
     online_params: Params
     target_params: Params | None  # None: no target network, the online one bootstraps
     opt_state: optax.OptState
-    num_updates: jax.Array
 
 
 class Metrics(NamedTuple):
@@ -33,7 +32,7 @@ class Metrics(NamedTuple):
 
 
 Batch = Float[jax.Array, "B W"]
-Update = Callable[[LearnerState, Batch], tuple[LearnerState, Metrics]]
+Update = Callable[[LearnerState, Batch, bool], tuple[LearnerState, Metrics | None]]
 
 
 def make_optimizer(config: LearningConfig) -> optax.GradientTransformation:
@@ -57,7 +56,6 @@ def init_learner(network: QNetwork, config: LearningConfig, seed: int) -> Learne
         online_params=online,
         target_params=jnp.array(online, copy=True) if config.target_period else None,
         opt_state=make_optimizer(config).init(online),
-        num_updates=jnp.zeros((), jnp.int32),
     )
 
 
@@ -74,7 +72,11 @@ def loss_of(td_error: Float[jax.Array, " B"], kind: str) -> Float[jax.Array, ""]
 
 
 def make_update(network: QNetwork, config: LearningConfig) -> Update:
-    """A pure update of one minibatch, to be compiled by the caller."""
+    """A pure update of one minibatch, to be compiled by the caller.
+
+    Its third argument says whether it measures, and is part of what is compiled: metrics that
+    nobody writes down would cost a twentieth of the update.
+    """
     optimizer = make_optimizer(config)
 
     def loss_and_q(
@@ -86,7 +88,9 @@ def make_update(network: QNetwork, config: LearningConfig) -> Update:
         td_error = td.q_error(q_tm1, batch.a_tm1, r_t, batch.discount_t, q_t)
         return loss_of(td_error, config.loss), q_tm1
 
-    def update(state: LearnerState, words: Batch) -> tuple[LearnerState, Metrics]:
+    def update(
+        state: LearnerState, words: Batch, measured: bool
+    ) -> tuple[LearnerState, Metrics | None]:
         batch = unpack_transitions(words, network.observation_size)
         online = state.online_params
         bootstrap = online if state.target_params is None else state.target_params
@@ -96,8 +100,9 @@ def make_update(network: QNetwork, config: LearningConfig) -> Update:
         new_state = state._replace(
             online_params=optax.apply_updates(online, step),
             opt_state=opt_state,
-            num_updates=state.num_updates + 1,
         )
+        if not measured:
+            return new_state, None
         return new_state, Metrics(loss, q_tm1.mean(), q_tm1.max(), jnp.linalg.norm(gradient))
 
     return update

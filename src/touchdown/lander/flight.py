@@ -156,10 +156,8 @@ def save_flights(path: Path, flights: Sequence[Flight]) -> None:
             }
         )
     metadata = {"format_version": str(FORMAT_VERSION), "flights": json.dumps(facts)}
-    try:
+    with files.refusing(str(path)):
         files.write_atomic(path, save(tensors, metadata))
-    except OSError as error:
-        raise UserError(f"{path}: cannot be written: {error.strerror}") from None
 
 
 def load_flights(path: Path) -> list[Flight]:

@@ -17,7 +17,7 @@ import numpy as np
 from PIL import Image
 
 from touchdown import files
-from touchdown.errors import UserError, one_line
+from touchdown.errors import UserError
 from touchdown.lander import env as lander
 from touchdown.lander.flight import Flight, fly
 from touchdown.lander.scene import Scene
@@ -237,11 +237,8 @@ def _palette(images: Iterable[Image.Image]) -> Image.Image:
 
 
 def _write(path: Path, write: Callable[[Path], object]) -> None:
-    try:
+    with files.refusing(str(path)):
         files.write_through(path, write)
-    except OSError as error:
-        reason = one_line(error)
-        raise UserError(f"{path}: cannot be written: {reason}") from None
 
 
 def _encode(path: Path, film: Iterator[Picture], rate: Fraction) -> None:
@@ -266,8 +263,9 @@ def _encode(path: Path, film: Iterator[Picture], rate: Fraction) -> None:
         # a world's own pictures may have odd sides, which this pixel format has not
         *("-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-movflags", "+faststart", str(path)),
     ]
+    # in a session of its own: Ctrl-C asks us to stop, and must not kill a film half made
     with subprocess.Popen(  # noqa: S603
-        command, stdin=subprocess.PIPE, stderr=subprocess.PIPE
+        command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
     ) as ffmpeg:
         with suppress(BrokenPipeError):  # it has given up, and says why below
             for image, seconds in chain([first], film):

@@ -73,6 +73,7 @@ def save_checkpoint(
             "config_digest": digest,
             "episodes": progress.episodes,
             "observations": agent.observations,
+            "updates": agent.updates,
             "next_validation": progress.next_validation,
             "seconds": progress.seconds,
             "finished": progress.finished,
@@ -129,6 +130,7 @@ def restore_checkpoint(path: Path, digest: str, agent: DQNAgent, streams: Stream
             records[name] = groups["memory"][name]
         agent.memory.ring.restore(records, state["memory_added"])
         agent.observations = state["observations"]
+        agent.updates = state["updates"]
         for name, generator in streams._asdict().items():
             generator.bit_generator.state = state["streams"][name]
         finalists = [

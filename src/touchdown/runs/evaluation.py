@@ -8,14 +8,13 @@ from typing import Any
 from gymnasium.envs.registration import registry
 
 from touchdown import files
-from touchdown.errors import UserError
+from touchdown.errors import UserError, one_line
 from touchdown.lander import env as lander
 from touchdown.runs.evaluate import EpisodeResult, Fleet
 from touchdown.runs.pilots import NamedPilot
 from touchdown.stats.summary import Interval, Summary, summarise
 
 FORMAT_VERSION = 1
-LANDER_THRESHOLD = 200.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,11 +36,11 @@ class Evaluation:
         }
 
 
-def threshold_of(env_id: str) -> float:
-    """The return from which Gymnasium calls a world solved; 200 where it names none."""
+def threshold_of(env_id: str) -> float | None:
+    """The return from which Gymnasium calls a world solved; None where it names none."""
     spec = registry.get(env_id)
     threshold = spec.reward_threshold if spec else None
-    return LANDER_THRESHOLD if threshold is None else float(threshold)
+    return None if threshold is None else float(threshold)
 
 
 def evaluate_pilot(
@@ -110,8 +109,8 @@ def read_evaluations(path: Path) -> list[Evaluation]:
         )
     try:
         return [_evaluation_from(entry) for entry in content["pilots"]]
-    except (KeyError, TypeError) as error:
-        raise UserError(f"{path}: not an evaluation: {error}") from None
+    except (KeyError, TypeError, ValueError) as error:
+        raise UserError(f"{path}: not an evaluation: {one_line(error)}") from None
 
 
 def _evaluation_from(entry: dict[str, Any]) -> Evaluation:

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import IO
 
 from touchdown import config as configs
-from touchdown import files
+from touchdown import device, files
 from touchdown.config import Config
-from touchdown.errors import UserError, one_line
+from touchdown.errors import UserError
 
 FORMAT_VERSION = 1
 CONTROLLERS = ("pid", "heuristic", "random")
@@ -109,35 +109,32 @@ def create(runs_dir: Path, config: Config, name: str | None = None) -> RunFolder
         )
     if name in CONTROLLERS or (name and name.endswith((".toml", ".safetensors"))):
         raise UserError(f"name {name!r}: means another pilot to evaluate and fly; choose another")
-    try:
-        runs_dir.mkdir(parents=True, exist_ok=True)
-        path = _claim(runs_dir, name, f"{config.preset}-{config.seed}")
+    default = f"{config.preset}-{config.seed}"
+
+    def fill(path: Path) -> None:
         folder = RunFolder(path)
         folder.checkpoints.mkdir()
-        files.write_atomic(folder.provenance, files.to_json(_provenance(config)))
-        files.write_atomic(folder.config_file, configs.to_toml(config))
-    except OSError as error:
-        raise UserError(
-            f"runs_dir {str(runs_dir)!r}: cannot be written: {one_line(error)}"
-        ) from None
-    return folder
+        folder.provenance.write_text(files.to_json(_provenance(config)), "utf-8")
+        folder.config_file.write_text(configs.to_toml(config), "utf-8")
 
-
-def _claim(runs_dir: Path, name: str | None, default: str) -> Path:
-    number = 1
-    while True:
-        path = runs_dir / (name or (default if number == 1 else f"{default}-{number}"))
-        try:
-            path.mkdir()
-        except FileExistsError:
-            if name:
-                raise UserError(
-                    f"name {name!r}: {path} exists already; choose another, "
-                    f"or go on with it: --resume {name}"
-                ) from None
-            number += 1
-        else:
-            return path
+    with files.refusing(f"runs_dir {str(runs_dir)!r}"):
+        runs_dir.mkdir(parents=True, exist_ok=True)
+        path, number = runs_dir / (name or default), 1
+        while True:
+            try:
+                files.write_folder_atomic(path, fill)
+            except OSError:
+                if not path.exists():
+                    raise
+                if name:
+                    raise UserError(
+                        f"name {name!r}: {path} exists already; choose another, "
+                        f"or go on with it: --resume {name}"
+                    ) from None
+                number += 1
+                path = runs_dir / f"{default}-{number}"
+            else:
+                return RunFolder(path)
 
 
 def lock(folder: RunFolder) -> IO[bytes]:
@@ -192,24 +189,32 @@ def _provenance(config: Config) -> dict[str, object]:
         "cpus_available": len(os.sched_getaffinity(0))
         if hasattr(os, "sched_getaffinity")
         else os.cpu_count(),
-        "threads": 1,
+        "device": device.chosen(),
+        "threads": 1 if device.chosen() == "cpu" else None,
     }
 
 
 def _git_commit() -> str | None:
-    here = Path(__file__).parent
-    try:
-        done = subprocess.run(
-            ["git", "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"],  # noqa: S607
-            cwd=here,
-            capture_output=True,
-            text=True,
-            timeout=5,
-            check=True,
-        )
-    except (OSError, subprocess.SubprocessError):
-        return None
-    return done.stdout.strip() or None
+    """The commit of this code; None where it is installed, perhaps inside another repository."""
+    here = Path(__file__)
+    said = ""
+    for arguments in (
+        ["ls-files", "--error-unmatch", here.name],
+        ["describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"],
+    ):
+        try:
+            done = subprocess.run(  # noqa: S603
+                ["git", *arguments],  # noqa: S607
+                cwd=here.parent,
+                capture_output=True,
+                text=True,
+                timeout=5,
+                check=True,
+            )
+        except (OSError, subprocess.SubprocessError):
+            return None
+        said = done.stdout.strip()
+    return said or None
 
 
 def cpu_name() -> str:

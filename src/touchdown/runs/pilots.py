@@ -1,5 +1,6 @@
 """Pilots by name: a trained run, the PID controller, Gymnasium's heuristic, chance."""
 
+import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -50,20 +51,21 @@ class HeuristicPilot:
 
 
 class RandomPilot:
-    """Uniformly random actions.
+    """Actions as by chance, each a hash of what is observed.
+
+    So a start is always flown alike, whoever flies beside: a generator would be shared.
 
     Args:
         num_actions: to choose from.
-        seed: of its generator.
     """
 
-    def __init__(self, num_actions: int, seed: int = 0) -> None:
+    def __init__(self, num_actions: int) -> None:
         self._num_actions = num_actions
-        self._rng = np.random.default_rng(seed)
 
     def act(self, observations: FloatArray) -> IntArray:
         """An action for each observation: [N, D] to [N]."""
-        return self._rng.integers(self._num_actions, size=len(observations))
+        digests = (hashlib.blake2b(row.tobytes(), digest_size=8).digest() for row in observations)
+        return np.array([int.from_bytes(digest) % self._num_actions for digest in digests])
 
 
 def shipped_pid(rule: Rule | None = None) -> PIDConfig:
@@ -187,9 +189,17 @@ def load_weights(path: Path) -> NamedPilot:
         params = np.concatenate([part.ravel() for layer in layers for part in layer])
         if params.dtype != np.float32 or params.size != network.num_params:
             raise ValueError(f"{params.size} {params.dtype} weights for {network.num_params}")
-        return NamedPilot(path.stem, GreedyPilot(network, params), metadata["env_id"])
+        env_id = metadata["env_id"]
     except (KeyError, IndexError, ValueError) as error:
         raise UserError(f"{path}: not a pilot's weights: {one_line(error)}") from None
+    world = lander.make(env_id)
+    world.env.close()
+    if (network.observation_size, sizes[-1]) != (world.observation_size, world.num_actions):
+        raise UserError(
+            f"{path}: {network.observation_size} inputs and {sizes[-1]} outputs, must be "
+            f"{world.observation_size} and {world.num_actions} for env_id {env_id!r}"
+        )
+    return NamedPilot(path.stem, GreedyPilot(network, params), env_id)
 
 
 def facts_of(path: Path) -> dict[str, Any]:

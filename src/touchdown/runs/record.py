@@ -34,7 +34,8 @@ class Recorder:
             file.seek(0, 2)
             self._lines[path.name] = file
         # the suffix keeps a run gone on with within the same second from writing over its own file
-        self._events = EventsWriter(str(folder.path / "events"), f".{events_kept}")
+        self._events_suffix = f".{events_kept}"
+        self._events: EventsWriter | None = None  # made when there is something to write
 
     def write(self, path: Path, row: Mapping[str, Any], scalars: Mapping[str, float]) -> None:
         """Append one line, and its numbers for TensorBoard.
@@ -47,6 +48,8 @@ class Recorder:
         file = self._lines[path.name]
         file.write(json.dumps(row, ensure_ascii=False, allow_nan=False).encode() + b"\n")
         file.flush()
+        if self._events is None:
+            self._events = EventsWriter(str(self._folder / "events"), self._events_suffix)
         for tag, value in scalars.items():
             event = cast(Any, event_pb2).Event(wall_time=time.time(), step=row["observations"])
             event.summary.MergeFrom(scalar(tag, value))
@@ -54,7 +57,8 @@ class Recorder:
 
     def sizes(self) -> dict[str, int]:
         """Bytes written to each record so far, flushed, for a checkpoint."""
-        self._events.flush()
+        if self._events is not None:
+            self._events.flush()
         paths = [self._folder / name for name in self._lines]
         paths += self._folder.glob(_EVENTS)
         return {path.name: path.stat().st_size for path in paths}
@@ -63,7 +67,8 @@ class Recorder:
         """Flush and close."""
         for file in self._lines.values():
             file.close()
-        self._events.close()
+        if self._events is not None:
+            self._events.close()
 
 
 def _cut_events(folder: Path, sizes: Mapping[str, int]) -> int:

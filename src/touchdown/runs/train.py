@@ -38,6 +38,7 @@ class Status:
     loss: float | None
     recent_time_limit_share: float
     steps_per_second: float
+    share_done: float
     seconds_left: float
 
 
@@ -108,10 +109,9 @@ class Trainer:
         resources.callback(self._recorder.close)
         self._fleet = Fleet(config.env_id)
         resources.callback(self._fleet.close)
-        rows = files.read_jsonl(folder.episodes)[-RECENT:]
+        rows = files.read_jsonl(folder.episodes, ("episode_return", "outcome"))[-RECENT:]
         self._recent_returns = [float(row["episode_return"]) for row in rows]
         self._recent_timed_out = [row["outcome"] == "timed out" for row in rows]
-        self._updates = int(self._agent.state.num_updates)
         self._last_loss: float | None = None
 
     def _check_records(self) -> None:
@@ -133,10 +133,11 @@ class Trainer:
             Interrupted: `should_stop` said so; the run was saved.
             OSError: something could not be written; the last checkpoint is whole.
         """
-        if not self._progress.finished:
-            if not self._trained():
-                self._train()
-            self._choose()
+        if self._progress.finished and self._folder.best.is_file():
+            return
+        if not self._trained():
+            self._train()
+        self._choose()
 
     def _trained(self) -> bool:
         return self._budget.done(self._progress.episodes, self._agent.observations) >= 1
@@ -156,9 +157,7 @@ class Trainer:
             episode_return += step.reward
             steps += 1
             if step.metrics is not None:
-                self._updates += 1
-                if self._updates % config.training.metrics_period == 0:
-                    self._record_update(step.metrics)
+                self._record_update(step.metrics)
             if not (step.terminated or step.truncated):
                 continue
             outcome = lander.outcome_of(
@@ -180,6 +179,7 @@ class Trainer:
                     loss=self._last_loss,
                     recent_time_limit_share=float(np.mean(self._recent_timed_out)),
                     steps_per_second=(self._agent.observations - steps_before) / (now - began),
+                    share_done=share,
                     seconds_left=(1 - share) / rate,
                 )
             )
@@ -245,10 +245,10 @@ class Trainer:
         if not all(np.isfinite(value) for value in numbers.values()):
             raise UserError(
                 f"learning_rate = {self._config.learning.learning_rate}: training diverged at "
-                f"update {self._updates} (loss {numbers['loss']}, mean Q {numbers['mean_q']}); "
+                f"update {agent.updates} (loss {numbers['loss']}, mean Q {numbers['mean_q']}); "
                 "a lower learning_rate, a max_grad_norm or a smaller reward_scale would help"
             )
-        row = {"update": self._updates, "observations": agent.observations, **numbers}
+        row = {"update": agent.updates, "observations": agent.observations, **numbers}
         scalars = {f"train/{name}": value for name, value in numbers.items()}
         self._recorder.write(self._folder.updates, row, scalars)
 

@@ -32,8 +32,9 @@ class Summary:
     mean: float
     sd: float
     iqm: Interval
-    threshold: float
-    share_solved: float
+    threshold: float | None
+    """Return from which an episode counts as solved; None where the world names none."""
+    share_solved: float | None
     """Share of episodes whose return reaches the threshold."""
     outcomes: dict[str, float]
     """Share of each outcome that occurred."""
@@ -84,7 +85,7 @@ def summarise(
     steps: Sequence[int],
     outcomes: Sequence[str],
     fuel: Sequence[float],
-    threshold: float,
+    threshold: float | None,
 ) -> Summary:
     """All the numbers of a set of episodes, one entry an episode in each argument.
 
@@ -101,7 +102,9 @@ def summarise(
         sd=float(np.std(returns, ddof=1)) if count > 1 else 0.0,
         iqm=iqm,
         threshold=threshold,
-        share_solved=float(np.mean(np.asarray(returns) >= threshold)),
+        share_solved=None
+        if threshold is None
+        else float(np.mean(np.asarray(returns) >= threshold)),
         outcomes={name: counts[name] / count for name in OUTCOMES if counts[name]},
         steps=float(np.mean(steps)),
         fuel=float(np.mean(fuel)),
