@@ -1,0 +1,49 @@
+// What the solver works on: where a body is and how it moves, apart from everything else.
+#pragma once
+
+#include <array>
+
+#include "bodies.hpp"
+#include "math.hpp"
+
+namespace touchdown {
+
+inline constexpr float kTimeStep = static_cast<float>(1.0 / 50);  // seconds
+inline constexpr int kVelocityIterations = 6 * 30;
+inline constexpr int kPositionIterations = 2 * 30;
+
+// Impulses carry over from step to step scaled by the ratio of their lengths; since that is one,
+// the factor is nowhere to be seen.
+static_assert(1.0f / kTimeStep * kTimeStep == 1.0f);
+
+struct Pose {
+  Vec2 center;
+  float angle;
+};
+
+struct Velocity {
+  Vec2 linear;
+  float angular;
+};
+
+using Poses = std::array<Pose, kNumBodies>;
+using Velocities = std::array<Velocity, kNumBodies>;
+
+// Moves a body for `time` seconds; a body too fast for the solver is slowed down first.
+inline void integrate(Pose& pose, Velocity& velocity, float time) {
+  constexpr float max_translation = 2.0f;        // metres a step
+  constexpr float max_rotation = 0.5f * kPi;  // radians a step
+  const Vec2 translation = time * velocity.linear;
+  if (dot(translation, translation) > max_translation * max_translation) {
+    const float ratio = max_translation / length(translation);
+    velocity.linear = ratio * velocity.linear;
+  }
+  const float turn = time * velocity.angular;
+  if (turn * turn > max_rotation * max_rotation) {
+    velocity.angular *= max_rotation / magnitude(turn);
+  }
+  pose.center += time * velocity.linear;
+  pose.angle += time * velocity.angular;
+}
+
+}  // namespace touchdown
