@@ -2,14 +2,15 @@
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/optional.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <initializer_list>
 #include <optional>
+#include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "lander.hpp"
@@ -35,7 +36,8 @@ nb::object to_array(const Observation& observation) {
 
 std::vector<std::uint32_t> entropy(const nb::int_& seed) {
   if (seed < nb::int_(0)) {
-    throw nb::value_error(("a seed is zero or more, got " + std::string(nb::repr(seed).c_str())).c_str());
+    throw nb::value_error(
+        ("a seed is zero or more, got " + std::string(nb::repr(seed).c_str())).c_str());
   }
   const auto num_bits = nb::cast<std::size_t>(seed.attr("bit_length")());
   const std::size_t num_words = num_bits == 0 ? 1 : (num_bits + 31) / 32;
@@ -66,7 +68,7 @@ Throttle throttle_of(const Config& config, nb::handle action) {
       nb::try_cast(action, values)) {
     pair[0] = values(0);
     pair[1] = values(1);
-  } else if (std::pair<nb::object, nb::object> items; nb::isinstance<nb::sequence>(action) && nb::len(action) == 2) {
+  } else if (nb::isinstance<nb::sequence>(action) && nb::len(action) == 2) {
     for (std::size_t i = 0; i < 2; ++i) {
       if (!nb::try_cast(action[i], pair[i])) refuse(wanted, action);
     }
@@ -178,45 +180,47 @@ void restore_lander(Lander& lander, const nb::bytes& bytes) {
 NB_MODULE(_engine, m) {
   m.doc() = "LunarLander-v3, bit for bit as stock Gymnasium computes it.";
   nb::class_<Pcg64>(m, "Pcg64", "NumPy's default generator, as the lander draws from it.")
-      .def("__init__",
-           [](Pcg64* rng, const nb::int_& seed) { new (rng) Pcg64(Pcg64::seeded(entropy(seed))); },
-           "seed"_a)
+      .def(
+          "__init__",
+          [](Pcg64* rng, const nb::int_& seed) { new (rng) Pcg64(Pcg64::seeded(entropy(seed))); },
+          "seed"_a)
       .def("uniform", &Pcg64::uniform, "low"_a, "high"_a)
       .def("integers", &Pcg64::integers, "low"_a, "high"_a, "A whole number in [low, high).");
 
   nb::class_<Lander>(m, "Lander", "One environment: stock's step and reset without the time limit.")
-      .def("__init__",
-           [](Lander* lander, bool continuous, double gravity, bool enable_wind, double wind_power,
-              double turbulence_power) {
-             new (lander)
-                 Lander(make(continuous, gravity, enable_wind, wind_power, turbulence_power));
-           },
-           nb::kw_only(), "continuous"_a = false, "gravity"_a = -10.0, "enable_wind"_a = false,
-           "wind_power"_a = 15.0, "turbulence_power"_a = 1.5)
+      .def(
+          "__init__",
+          [](Lander* lander, bool continuous, double gravity, bool enable_wind, double wind_power,
+             double turbulence_power) {
+            new (lander)
+                Lander(make(continuous, gravity, enable_wind, wind_power, turbulence_power));
+          },
+          nb::kw_only(), "continuous"_a = false, "gravity"_a = -10.0, "enable_wind"_a = false,
+          "wind_power"_a = 15.0, "turbulence_power"_a = 1.5)
       .def("reset", &reset_lander, "seed"_a = nb::none(),
            "Starts an episode; without a seed the stream of random numbers goes on.")
-      .def("step", &step_lander, "action"_a, "Gives (observation, reward, terminated).")
+      .def("step", &step_lander, "action"_a.none(), "Gives (observation, reward, terminated).")
       .def("snapshot", &snapshot_lander, "The whole state as bytes.")
       .def("restore", &restore_lander, "snapshot"_a,
            "Takes a state from bytes; ValueError if they are not a lander of these settings.")
-      .def_prop_ro("origins",
-                   [](const Lander& l) {
-                     return per_body_xy(l, [](const Body& b) { return b.transform.origin; });
-                   },
-                   "Positions of hull, leg 0 and leg 1 in metres, [3, 2].")
-      .def_prop_ro("angles",
-                   [](const Lander& l) {
-                     return per_body(l, [](const Body& b) { return b.sweep.angle; });
-                   },
-                   "Radians, [3].")
-      .def_prop_ro("velocities",
-                   [](const Lander& l) {
-                     return per_body_xy(l, [](const Body& b) { return b.velocity; });
-                   },
-                   "Of the centres of mass, metres a second, [3, 2].")
-      .def_prop_ro("spins",
-                   [](const Lander& l) { return per_body(l, [](const Body& b) { return b.spin; }); },
-                   "Radians a second, [3].")
+      .def_prop_ro(
+          "origins",
+          [](const Lander& l) {
+            return per_body_xy(l, [](const Body& b) { return b.transform.origin; });
+          },
+          "Positions of hull, leg 0 and leg 1 in metres, [3, 2].")
+      .def_prop_ro(
+          "angles",
+          [](const Lander& l) { return per_body(l, [](const Body& b) { return b.sweep.angle; }); },
+          "Radians, [3].")
+      .def_prop_ro(
+          "velocities",
+          [](const Lander& l) { return per_body_xy(l, [](const Body& b) { return b.velocity; }); },
+          "Of the centres of mass, metres a second, [3, 2].")
+      .def_prop_ro(
+          "spins",
+          [](const Lander& l) { return per_body(l, [](const Body& b) { return b.spin; }); },
+          "Radians a second, [3].")
       .def_prop_ro("leg_contacts",
                    [](const Lander& l) {
                      const auto& legs = l.world.touches.legs;
@@ -224,11 +228,12 @@ NB_MODULE(_engine, m) {
                    })
       .def_prop_ro("awake", [](const Lander& l) { return l.world.bodies[kHull].awake != 0; })
       .def_prop_ro("terrain", &terrain_of, "Points of the surface from left to right, [11, 2].")
-      .def_prop_ro("engine_powers",
-                   [](const Lander& l) {
-                     return nb::make_tuple(l.throttle.main, l.throttle.side * l.throttle.direction);
-                   },
-                   "Main and side engine in the last step; the side's sign is its direction.")
+      .def_prop_ro(
+          "engine_powers",
+          [](const Lander& l) {
+            return nb::make_tuple(l.throttle.main, l.throttle.side * l.throttle.direction);
+          },
+          "Main and side engine in the last step; the side's sign is its direction.")
       .def_prop_ro("coverage", &coverage_of, "Counts of rare paths since the lander was made.");
 
   m.attr("HELIPAD") = nb::make_tuple(kHelipadLeft, kHelipadRight, kHelipadHeight);

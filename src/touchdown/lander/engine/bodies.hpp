@@ -72,7 +72,8 @@ inline void set_mass(Shape& shape, float density) {
   const float mass = density * area;
   center = (1.0f / area) * center;
   const Vec2 shifted = center + mean;
-  const float about_origin = density * inertia + mass * (dot(shifted, shifted) - dot(center, center));
+  const float about_origin =
+      density * inertia + mass * (dot(shifted, shifted) - dot(center, center));
 
   shape.inverse_mass = 1.0f / mass;
   shape.local_center = shape.inverse_mass * (Vec2{0.0f, 0.0f} + mass * shifted);

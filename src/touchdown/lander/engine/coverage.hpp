@@ -14,11 +14,11 @@ inline constexpr int kMaxImpactsCounted = 5;
 struct Coverage {
   std::uint64_t steps;
   std::array<std::uint64_t, kMaxImpactsCounted> steps_with_impacts;  // the last: as many or more
-  std::uint64_t impacts_undone;             // ended without touching
-  std::uint64_t all_position_iterations;    // steps that used them all
+  std::uint64_t impacts_undone;                                      // ended without touching
+  std::uint64_t all_position_iterations;                             // steps that used them all
   std::uint64_t one_point_manifolds;
   std::uint64_t two_point_manifolds;
-  std::uint64_t redundant_points;           // two points too close together to be solved at once
+  std::uint64_t redundant_points;  // two points too close together to be solved at once
   std::array<std::uint64_t, kNumBlockCases> block_cases;  // rows that met the case in a step
   std::uint64_t limit_switches;
   std::uint64_t fell_asleep;

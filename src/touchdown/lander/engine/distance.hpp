@@ -88,8 +88,8 @@ inline Simplex recall(const SimplexMemory& memory, const Corners& edge, const Co
   Simplex simplex;
   simplex.count = memory.count;
   for (int i = 0; i < memory.count; ++i) {
-    simplex.corners[i] = simplex_corner(edge, memory.edge_indices[i], polygon, transform,
-                                        memory.polygon_indices[i]);
+    simplex.corners[i] =
+        simplex_corner(edge, memory.edge_indices[i], polygon, transform, memory.polygon_indices[i]);
   }
   if (simplex.count > 1) {
     const float now = metric(simplex);

@@ -76,8 +76,7 @@ class SeparationAxis {
                        to_world(kMoonTransform, edge_.vertices[witness.edge_index]),
                    axis_);
       case Kind::kEdgeFace:
-        return along_face(kMoonTransform,
-                          to_world(body, polygon_.vertices[witness.polygon_index]));
+        return along_face(kMoonTransform, to_world(body, polygon_.vertices[witness.polygon_index]));
       case Kind::kPolygonFace:
         break;
     }

@@ -234,7 +234,8 @@ inline bool iterate_position(const JointRow& row, const JointShape& shape, Poses
   const float yy = ma + mb + ia * ra.x * ra.x + ib * rb.x * rb.x;
   float inverse = xx * yy - xy * xy;
   if (inverse != 0.0f) inverse = 1.0f / inverse;
-  const Vec2 impulse = -Vec2{inverse * (yy * gap.x - xy * gap.y), inverse * (xx * gap.y - xy * gap.x)};
+  const Vec2 impulse =
+      -Vec2{inverse * (yy * gap.x - xy * gap.y), inverse * (xx * gap.y - xy * gap.x)};
 
   a.center -= ma * impulse;
   a.angle -= ia * cross(ra, impulse);

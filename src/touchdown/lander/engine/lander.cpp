@@ -29,8 +29,7 @@ void apply_wind(Lander& lander) {
   Body& hull = lander.world.bodies[kHull];
   wake(hull);
   hull.force += to_float(gust(lander.wind_index++) * lander.config.wind_power, 0.0);
-  hull.torque +=
-      static_cast<float>(gust(lander.torque_index++) * lander.config.turbulence_power);
+  hull.torque += static_cast<float>(gust(lander.torque_index++) * lander.config.turbulence_power);
 }
 
 void fire(Body& hull, double x, double y, double power, double throttle, double point_x,
@@ -95,7 +94,8 @@ double potential(const std::array<double, kObservationSize>& s) {
 
 Throttle discrete_throttle(int action) {
   if (action == 2) return {.main = 1.0};
-  if (action == 1 || action == 3) return {.side = 1.0, .direction = static_cast<double>(action - 2)};
+  if (action == 1 || action == 3)
+    return {.side = 1.0, .direction = static_cast<double>(action - 2)};
   return {};
 }
 
@@ -150,8 +150,7 @@ Transition step(Lander& lander, const Throttle& throttle) {
   Transition transition;
   std::transform(state.begin(), state.end(), transition.observation.begin(),
                  [](double value) { return static_cast<float>(value); });
-  transition.reward =
-      lander.shaping - before - throttle.main * 0.30 - throttle.side * 0.03;
+  transition.reward = lander.shaping - before - throttle.main * 0.30 - throttle.side * 0.03;
   transition.terminated = false;
   if (lander.world.touches.hull != 0 || std::fabs(state[0]) >= 1.0) {
     transition.terminated = true;

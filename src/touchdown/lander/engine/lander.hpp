@@ -51,7 +51,7 @@ struct Lander {
   World world;
   std::int64_t wind_index;
   std::int64_t torque_index;
-  double shaping;  // the potential whose differences are the reward
+  double shaping;     // the potential whose differences are the reward
   Throttle throttle;  // of the last step
   Coverage coverage;
   std::uint32_t seeded;

@@ -74,9 +74,8 @@ inline bool clip(std::array<ClipPoint, 2>& segment, Vec2 normal, float offset, s
   }
   if (distance[0] * distance[1] < 0.0f) {
     const float fraction = distance[0] / (distance[0] - distance[1]);
-    kept[count++] = {
-        segment[0].position + fraction * (segment[1].position - segment[0].position),
-        {index, segment[0].name.polygon_index, PointName::kVertex, PointName::kFace}};
+    kept[count++] = {segment[0].position + fraction * (segment[1].position - segment[0].position),
+                     {index, segment[0].name.polygon_index, PointName::kVertex, PointName::kFace}};
   }
   segment = kept;
   return count == 2;
@@ -109,8 +108,8 @@ inline Manifold collide(const Edge& edge, const Shape& shape, const Transform& t
   float side_separation = -FLT_MAX;
   for (int i = 0; i < shape.count; ++i) {
     const Vec2 inward = -normals[i];
-    const float separation = smaller(dot(inward, vertices[i] - edge.start),
-                                     dot(inward, vertices[i] - edge.end));
+    const float separation =
+        smaller(dot(inward, vertices[i] - edge.start), dot(inward, vertices[i] - edge.end));
     if (separation > reach) return manifold;
     if (dot(inward + outward, outward) < -kAngularSlop) continue;
     if (separation > side_separation) {
@@ -120,8 +119,7 @@ inline Manifold collide(const Edge& edge, const Shape& shape, const Transform& t
   }
 
   // A polygon's axis has to be clearly better, or resting contacts would flicker between the two.
-  const bool edge_is_face =
-      side < 0 || !(side_separation > 0.98f * edge_separation + 0.001f);
+  const bool edge_is_face = side < 0 || !(side_separation > 0.98f * edge_separation + 0.001f);
 
   ReferenceFace face;
   std::array<ClipPoint, 2> incident;
@@ -137,8 +135,7 @@ inline Manifold collide(const Edge& edge, const Shape& shape, const Transform& t
     }
     const int second = first + 1 < shape.count ? first + 1 : 0;
     const auto corner = [&vertices](int i) -> ClipPoint {
-      return {vertices[i],
-              {0, static_cast<std::uint8_t>(i), PointName::kFace, PointName::kVertex}};
+      return {vertices[i], {0, static_cast<std::uint8_t>(i), PointName::kFace, PointName::kVertex}};
     };
     incident = {corner(first), corner(second)};
     face = front ? ReferenceFace{edge.start, edge.end, outward, 0, 1}

@@ -84,7 +84,9 @@ constexpr Vec2 to_world(const Transform& t, Vec2 v) {
   return {(t.rotation.cos * v.x - t.rotation.sin * v.y) + t.origin.x,
           (t.rotation.sin * v.x + t.rotation.cos * v.y) + t.origin.y};
 }
-constexpr Vec2 to_local(const Transform& t, Vec2 v) { return rotate_back(t.rotation, v - t.origin); }
+constexpr Vec2 to_local(const Transform& t, Vec2 v) {
+  return rotate_back(t.rotation, v - t.origin);
+}
 
 // Takes b's coordinates to a's.
 constexpr Transform relative(const Transform& a, const Transform& b) {

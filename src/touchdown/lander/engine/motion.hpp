@@ -31,7 +31,7 @@ using Velocities = std::array<Velocity, kNumBodies>;
 
 // Moves a body for `time` seconds; a body too fast for the solver is slowed down first.
 inline void integrate(Pose& pose, Velocity& velocity, float time) {
-  constexpr float max_translation = 2.0f;        // metres a step
+  constexpr float max_translation = 2.0f;     // metres a step
   constexpr float max_rotation = 0.5f * kPi;  // radians a step
   const Vec2 translation = time * velocity.linear;
   if (dot(translation, translation) > max_translation * max_translation) {

@@ -117,7 +117,9 @@ struct Pcg64 {
  private:
   __extension__ using Wide = unsigned __int128;
 
-  static constexpr Wide join(std::uint64_t high, std::uint64_t low) { return Wide{high} << 64 | low; }
+  static constexpr Wide join(std::uint64_t high, std::uint64_t low) {
+    return Wide{high} << 64 | low;
+  }
   static constexpr std::uint64_t high(Wide wide) { return static_cast<std::uint64_t>(wide >> 64); }
   static constexpr std::uint64_t low(Wide wide) { return static_cast<std::uint64_t>(wide); }
 

@@ -163,10 +163,9 @@ inline void iterate_two_points(ContactRow& row, Velocity& body) {
   ContactPointRow& second = row.points[1];
   const Vec2 before{first.normal_impulse, second.normal_impulse};
   // What the normal velocities would be without any impulse of these two.
-  const Vec2 free = Vec2{dot(velocity_at(first, body), row.normal),
-                         dot(velocity_at(second, body), row.normal)} -
-                    Vec2{row.k11 * before.x + row.k12 * before.y,
-                         row.k12 * before.x + row.k22 * before.y};
+  const Vec2 free =
+      Vec2{dot(velocity_at(first, body), row.normal), dot(velocity_at(second, body), row.normal)} -
+      Vec2{row.k11 * before.x + row.k12 * before.y, row.k12 * before.x + row.k22 * before.y};
 
   Vec2 after = -Vec2{row.m11 * free.x + row.m12 * free.y, row.m12 * free.x + row.m22 * free.y};
   BlockCase block_case = BlockCase::kBothPush;

@@ -80,8 +80,8 @@ inline Island find_island(const Contacts& contacts, const std::array<Body, kNumB
 }
 
 inline void sleep_or_stay(std::array<Body, kNumBodies>& bodies, bool solved, Coverage& coverage) {
-  constexpr float time_to_sleep = 0.5f;       // seconds
-  constexpr float linear_tolerance = 0.01f;   // metres a second
+  constexpr float time_to_sleep = 0.5f;      // seconds
+  constexpr float linear_tolerance = 0.01f;  // metres a second
   constexpr float angular_tolerance = 2.0f / 180.0f * kPi;
   float least = FLT_MAX;
   for (Body& body : bodies) {
@@ -213,8 +213,8 @@ inline Impact find_impact(World& world) {
         advance_start(body.sweep, world.moon_start_time);
       }
       const float start = body.sweep.start_time;
-      const auto beta = time_of_impact(world.terrain.edges[contact.edge], kShapes[contact.body],
-                                       body.sweep);
+      const auto beta =
+          time_of_impact(world.terrain.edges[contact.edge], kShapes[contact.body], body.sweep);
       contact.impact_time = beta ? smaller(start + (1.0f - start) * *beta, 1.0f) : 1.0f;
       contact.impact_known = 1;
     }
