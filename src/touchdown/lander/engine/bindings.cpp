@@ -151,6 +151,7 @@ nb::dict coverage_of(const Lander& lander) {
   nb::dict d;
   d["steps"] = c.steps;
   d["steps_with_impacts"] = counts(c.steps_with_impacts);
+  d["steps_with_contacts"] = counts(c.steps_with_contacts);
   d["impacts_undone"] = c.impacts_undone;
   d["all_position_iterations"] = c.all_position_iterations;
   d["one_point_manifolds"] = c.one_point_manifolds;
@@ -161,7 +162,6 @@ nb::dict coverage_of(const Lander& lander) {
   d["fell_asleep"] = c.fell_asleep;
   d["woke_up"] = c.woke_up;
   d["one_leg_steps"] = c.one_leg_steps;
-  d["most_contacts"] = c.most_contacts;
   d["most_pairs"] = c.most_pairs;
   return d;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics.hpp"
+
 namespace touchdown {
 
 namespace {
