@@ -4,17 +4,12 @@
 #include <array>
 #include <cstdint>
 
+#include "layout.hpp"
 #include "math.hpp"
 
 namespace touchdown {
 
 inline constexpr double kScale = 30.0;  // pixels to a metre: stock's lengths are in pixels
-
-inline constexpr int kNumBodies = 3;
-inline constexpr int kHull = 0;
-inline constexpr int kLeg0 = 1;  // stock's legs[0]: starts on the right
-inline constexpr int kLeg1 = 2;
-inline constexpr int kNumLegs = 2;
 
 inline constexpr float kLinearSlop = 0.005f;
 inline constexpr float kSkin = 2.0f * kLinearSlop;  // the radius that rounds every shape

@@ -14,8 +14,6 @@
 
 namespace touchdown {
 
-inline constexpr int kMaxContacts = kNumBodies * kNumEdges;
-
 struct Contact {
   Manifold manifold;
   float impact_time;  // as a fraction of the step, if `impact_known`

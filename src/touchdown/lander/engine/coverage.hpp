@@ -4,11 +4,10 @@
 #include <array>
 #include <cstdint>
 
+#include "rows.hpp"
+
 namespace touchdown {
 
-// How the two-point solver left an iteration; the numbers are bits of a row's `cases_seen`.
-enum class BlockCase : int { kBothPush, kFirstPushes, kSecondPushes, kNeitherPushes, kNoSolution };
-inline constexpr int kNumBlockCases = 5;
 inline constexpr int kMaxImpactsCounted = 5;
 inline constexpr int kMaxContactsCounted = 7;
 

@@ -49,13 +49,9 @@ inline Island find_island(const Contacts& contacts, const std::array<Body, kNumB
 }
 
 // All that the iterations of one step read and change.
-struct Rows {
+struct Rows : BasicVelocityRows<float> {
   Poses poses;
-  Velocities velocities;
-  std::array<JointRow, kNumLegs> joints;
-  std::array<ContactRow, kMaxContacts> contacts;
   std::array<ContactPositionRow, kMaxContacts> contact_positions;
-  int num_contacts;
 };
 
 // Applies forces and last step's impulses.
@@ -78,15 +74,6 @@ inline void prepare(Rows& rows, World& world, const Island& island) {
   for (int i = 0; i < kNumLegs; ++i) {
     const int joint = island.joints[i];
     rows.joints[i] = prepare(world.joints[joint], kJointShapes[joint], rows.poses, rows.velocities);
-  }
-}
-
-inline void iterate_velocities(Rows& rows) {
-  for (int iteration = 0; iteration < kVelocityIterations; ++iteration) {
-    for (JointRow& row : rows.joints) iterate_velocity(row, rows.velocities);
-    for (int i = 0; i < rows.num_contacts; ++i) {
-      iterate_velocity(rows.contacts[i], rows.velocities);
-    }
   }
 }
 
@@ -160,22 +147,32 @@ inline void count(const Rows& rows, Coverage& coverage) {
   }
 }
 
-inline void solve(World& world, Coverage& coverage) {
-  const Island island = find_island(world.contacts, world.bodies);
+// A step under way: what the velocity iterations stand between.
+struct Solving {
+  Island island;
+  std::array<Limit, kNumLegs> limits;  // before the step
+  Rows rows;
+};
+
+inline void begin_solve(World& world, Solving& solving, Coverage& coverage) {
+  solving.island = find_island(world.contacts, world.bodies);
   for (Body& body : world.bodies) {
     if (body.awake == 0) ++coverage.woke_up;
     wake(body);
   }
-  const std::array<Limit, kNumLegs> limits{world.joints[0].limit, world.joints[1].limit};
+  solving.limits = {world.joints[0].limit, world.joints[1].limit};
+  prepare(solving.rows, world, solving.island);
+}
 
-  Rows rows;
-  prepare(rows, world, island);
-  iterate_velocities(rows);
+inline void finish_solve(World& world, Solving& solving, Coverage& coverage) {
+  Rows& rows = solving.rows;
   integrate(rows);
   const int num_iterations = iterate_positions(rows);
-  write_back(rows, world, island);
+  write_back(rows, world, solving.island);
 
-  for (int i = 0; i < kNumLegs; ++i) coverage.limit_switches += world.joints[i].limit != limits[i];
+  for (int i = 0; i < kNumLegs; ++i) {
+    coverage.limit_switches += world.joints[i].limit != solving.limits[i];
+  }
   coverage.all_position_iterations += num_iterations >= kPositionIterations;
   count(rows, coverage);
   coverage.fell_asleep += rest(world.bodies, num_iterations <= kPositionIterations);

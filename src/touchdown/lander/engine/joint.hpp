@@ -1,8 +1,5 @@
 // The hinge between the hull and a leg: a point that both share, a motor that pushes the leg out,
 // and limits to the angle.
-//
-// The method is sequential impulses (E. Catto, "Iterative Dynamics with Temporal Coherence", 2005):
-// each row cancels its own error in turn, again and again, and remembers the sum of its impulses.
 #pragma once
 
 #include <array>
@@ -10,12 +7,12 @@
 
 #include "bodies.hpp"
 #include "motion.hpp"
+#include "rows.hpp"
 
 namespace touchdown {
 
 inline constexpr float kAngularSlop = 2.0f / 180.0f * kPi;
 inline constexpr float kMaxAngularCorrection = 8.0f / 180.0f * kPi;
-inline constexpr float kMaxMotorImpulse = kTimeStep * 40.0f;  // of a torque of 40 N m
 
 enum class Limit : std::uint32_t { kNone, kLower, kUpper };
 
@@ -55,25 +52,7 @@ inline JointShape make_joint_shape(int leg) {
 inline const std::array<JointShape, kNumLegs> kJointShapes = {make_joint_shape(kLeg0),
                                                               make_joint_shape(kLeg1)};
 
-// One joint as the velocity iterations see it: constants of the step, then the sums they change.
-struct JointRow {
-  int leg;
-  float hull_inverse_mass, leg_inverse_mass;
-  float hull_inverse_inertia, leg_inverse_inertia;
-  Vec2 hull_arm, leg_arm;  // from the centres of mass to the hinge
-  // The symmetric matrix that takes impulses (x, y, turn) to changes of relative velocity.
-  float xx, xy, yy, xz, yz, zz;
-  float yz_cross_x, yz_cross_y, yz_cross_z;  // the cross product of its second and third columns
-  float inverse_determinant_2;               // of the upper two rows and columns
-  float inverse_determinant_3;
-  float motor_mass;
-  float motor_speed;
-  Limit limit;
-
-  Vec2 impulse;
-  float limit_impulse;
-  float motor_impulse;
-};
+using JointRow = BasicJointRow<float>;
 
 // Sets up the row where the bodies now are, and applies last step's impulses once more.
 inline JointRow prepare(Joint& joint, const JointShape& shape, const Poses& poses,
@@ -112,7 +91,9 @@ inline JointRow prepare(Joint& joint, const JointShape& shape, const Poses& pose
                       : angle >= shape.upper_angle ? Limit::kUpper
                                                    : Limit::kNone;
   if (limit != joint.limit || limit == Limit::kNone) joint.limit_impulse = 0.0f;
-  joint.limit = row.limit = limit;
+  joint.limit = limit;
+  row.at_stop = limit != Limit::kNone;
+  row.stop_side = limit == Limit::kUpper ? -1.0f : 1.0f;
   row.impulse = joint.impulse;
   row.limit_impulse = joint.limit_impulse;
   row.motor_impulse = joint.motor_impulse;
@@ -125,70 +106,6 @@ inline JointRow prepare(Joint& joint, const JointShape& shape, const Poses& pose
   b.linear += mb * p;
   b.angular += ib * (cross(rb, p) + row.motor_impulse + row.limit_impulse);
   return row;
-}
-
-// The impulse that makes the hinge's points move alike, whatever the turning.
-inline Vec2 solve_point(const JointRow& row, Vec2 v) {
-  return {row.inverse_determinant_2 * (row.yy * v.x - row.xy * v.y),
-          row.inverse_determinant_2 * (row.xx * v.y - row.xy * v.x)};
-}
-
-inline void iterate_velocity(JointRow& row, Velocities& velocities) {
-  Velocity a = velocities[kHull];
-  Velocity b = velocities[row.leg];
-  const float ma = row.hull_inverse_mass;
-  const float mb = row.leg_inverse_mass;
-  const float ia = row.hull_inverse_inertia;
-  const float ib = row.leg_inverse_inertia;
-
-  {
-    const float error = b.angular - a.angular - row.motor_speed;
-    const float before = row.motor_impulse;
-    row.motor_impulse =
-        clamp(before + -row.motor_mass * error, -kMaxMotorImpulse, kMaxMotorImpulse);
-    const float impulse = row.motor_impulse - before;
-    a.angular -= ia * impulse;
-    b.angular += ib * impulse;
-  }
-
-  const Vec2 slip =
-      b.linear + cross(b.angular, row.leg_arm) - a.linear - cross(a.angular, row.hull_arm);
-  Vec2 impulse;
-  float turn = 0.0f;
-  if (row.limit == Limit::kNone) {
-    impulse = solve_point(row, -slip);
-    row.impulse += impulse;
-    a.angular -= ia * cross(row.hull_arm, impulse);
-    b.angular += ib * cross(row.leg_arm, impulse);
-  } else {
-    // Cramer's rule, and all three signs turned at the end.
-    const float spin = b.angular - a.angular;
-    const float d = row.inverse_determinant_3;
-    impulse.x = -(d * (slip.x * row.yz_cross_x + slip.y * row.yz_cross_y + spin * row.yz_cross_z));
-    impulse.y = -(d * (row.xx * (slip.y * row.zz - spin * row.yz) +
-                       row.xy * (spin * row.xz - slip.x * row.zz) +
-                       row.xz * (slip.x * row.yz - slip.y * row.xz)));
-    turn = -(d * (row.xx * (row.yy * spin - row.yz * slip.y) +
-                  row.xy * (row.yz * slip.x - row.xy * spin) +
-                  row.xz * (row.xy * slip.y - row.yy * slip.x)));
-    const float sum = row.limit_impulse + turn;
-    const bool pulls = row.limit == Limit::kLower ? sum < 0.0f : sum > 0.0f;
-    if (pulls) {
-      // A stop can only push: it lets go, and the hinge makes up for what it no longer gives.
-      impulse = solve_point(row, -slip + row.limit_impulse * Vec2{row.xz, row.yz});
-      turn = -row.limit_impulse;
-      row.limit_impulse = 0.0f;
-    } else {
-      row.limit_impulse = sum;
-    }
-    row.impulse += impulse;
-    a.angular -= ia * (cross(row.hull_arm, impulse) + turn);
-    b.angular += ib * (cross(row.leg_arm, impulse) + turn);
-  }
-  a.linear -= ma * impulse;
-  b.linear += mb * impulse;
-  velocities[kHull] = a;
-  velocities[row.leg] = b;
 }
 
 inline void write_back(const JointRow& row, Joint& joint) {
@@ -208,10 +125,10 @@ inline bool iterate_position(const JointRow& row, const JointShape& shape, Poses
   const float ib = row.leg_inverse_inertia;
 
   float angular_error = 0.0f;
-  if (row.limit != Limit::kNone) {
+  if (row.at_stop) {
     const float angle = b.angle - a.angle - shape.reference_angle;
     float correction;
-    if (row.limit == Limit::kLower) {
+    if (row.stop_side > 0.0f) {
       const float past = angle - shape.lower_angle;
       angular_error = -past;
       correction = clamp(past + kAngularSlop, -kMaxAngularCorrection, 0.0f);

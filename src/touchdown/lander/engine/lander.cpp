@@ -139,10 +139,21 @@ Observation reset(Lander& lander) {
 }
 
 Transition step(Lander& lander, const Throttle& throttle) {
+  Solving solving;
+  const bool solves = begin_step(lander, throttle, solving);
+  if (solves) iterate_velocities(solving.rows);
+  return finish_step(lander, solves, solving);
+}
+
+bool begin_step(Lander& lander, const Throttle& throttle, Solving& solving) {
   apply_wind(lander);
   apply_engines(lander, throttle);
   lander.throttle = throttle;
-  step(lander.world, lander.coverage);
+  return begin_step(lander.world, solving, lander.coverage);
+}
+
+Transition finish_step(Lander& lander, bool solved, Solving& solving) {
+  finish_step(lander.world, solved, solving, lander.coverage);
 
   const auto state = observe(lander.world);
   if (state[6] + state[7] == 1.0) ++lander.coverage.one_leg_steps;
@@ -152,7 +163,7 @@ Transition step(Lander& lander, const Throttle& throttle) {
   Transition transition;
   std::transform(state.begin(), state.end(), transition.observation.begin(),
                  [](double value) { return static_cast<float>(value); });
-  transition.reward = lander.shaping - before - throttle.main * 0.30 - throttle.side * 0.03;
+  transition.reward = lander.shaping - before - lander.throttle.main * 0.30 - lander.throttle.side * 0.03;
   transition.terminated = false;
   if (lander.world.touches.hull != 0 || std::fabs(state[0]) >= 1.0) {
     transition.terminated = true;

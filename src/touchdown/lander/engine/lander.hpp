@@ -9,6 +9,7 @@
 #include <type_traits>
 
 #include "coverage.hpp"
+#include "island.hpp"
 #include "pcg64.hpp"
 #include "world.hpp"
 
@@ -68,6 +69,11 @@ void seed(Lander& lander, std::span<const std::uint32_t> entropy);
 Observation reset(Lander& lander);
 
 Transition step(Lander& lander, const Throttle& throttle);
+
+// The same in two halves, for whoever does the velocity iterations between them: `begin_step` says
+// whether there are any to do.
+bool begin_step(Lander& lander, const Throttle& throttle, Solving& solving);
+Transition finish_step(Lander& lander, bool solved, Solving& solving);
 
 // Whether every index and count in a lander that came from outside is in range.
 bool is_sound(const Lander& lander);

@@ -13,22 +13,55 @@ namespace touchdown {
 inline constexpr float kEpsilon = FLT_EPSILON;
 inline constexpr float kPi = 3.14159265359f;
 
-struct Vec2 {
-  float x;
-  float y;
+// `F` is a float, or as many floats as there are lanes (lanes.hpp).
+template <typename F>
+struct Vec {
+  F x;
+  F y;
 };
+using Vec2 = Vec<float>;
 
-constexpr Vec2 operator-(Vec2 a) { return {-a.x, -a.y}; }
-constexpr Vec2 operator+(Vec2 a, Vec2 b) { return {a.x + b.x, a.y + b.y}; }
-constexpr Vec2 operator-(Vec2 a, Vec2 b) { return {a.x - b.x, a.y - b.y}; }
-constexpr Vec2 operator*(float s, Vec2 a) { return {s * a.x, s * a.y}; }
-constexpr Vec2& operator+=(Vec2& a, Vec2 b) { return a = a + b; }
-constexpr Vec2& operator-=(Vec2& a, Vec2 b) { return a = a - b; }
+template <typename F>
+constexpr Vec<F> operator-(Vec<F> a) {
+  return {-a.x, -a.y};
+}
+template <typename F>
+constexpr Vec<F> operator+(Vec<F> a, Vec<F> b) {
+  return {a.x + b.x, a.y + b.y};
+}
+template <typename F>
+constexpr Vec<F> operator-(Vec<F> a, Vec<F> b) {
+  return {a.x - b.x, a.y - b.y};
+}
+template <typename F>
+constexpr Vec<F> operator*(F s, Vec<F> a) {
+  return {s * a.x, s * a.y};
+}
+template <typename F>
+constexpr Vec<F>& operator+=(Vec<F>& a, Vec<F> b) {
+  return a = a + b;
+}
+template <typename F>
+constexpr Vec<F>& operator-=(Vec<F>& a, Vec<F> b) {
+  return a = a - b;
+}
 
-constexpr float dot(Vec2 a, Vec2 b) { return a.x * b.x + a.y * b.y; }
-constexpr float cross(Vec2 a, Vec2 b) { return a.x * b.y - a.y * b.x; }
-constexpr Vec2 cross(Vec2 a, float s) { return {s * a.y, -s * a.x}; }
-constexpr Vec2 cross(float s, Vec2 a) { return {-s * a.y, s * a.x}; }
+template <typename F>
+constexpr F dot(Vec<F> a, Vec<F> b) {
+  return a.x * b.x + a.y * b.y;
+}
+template <typename F>
+constexpr F cross(Vec<F> a, Vec<F> b) {
+  return a.x * b.y - a.y * b.x;
+}
+template <typename F>
+constexpr Vec<F> cross(Vec<F> a, F s) {
+  return {s * a.y, -s * a.x};
+}
+template <typename F>
+constexpr Vec<F> cross(F s, Vec<F> a) {
+  return {-s * a.y, s * a.x};
+}
 
 inline float length(Vec2 a) { return std::sqrt(a.x * a.x + a.y * a.y); }
 
@@ -43,9 +76,18 @@ inline float normalize(Vec2& a) {
 }
 
 // Not std::min and std::max: of two zeros that differ in sign, the second is taken.
-constexpr float smaller(float a, float b) { return a < b ? a : b; }
-constexpr float larger(float a, float b) { return a > b ? a : b; }
-constexpr float clamp(float a, float low, float high) { return larger(low, smaller(a, high)); }
+template <typename F>
+constexpr F smaller(F a, F b) {
+  return a < b ? a : b;
+}
+template <typename F>
+constexpr F larger(F a, F b) {
+  return a > b ? a : b;
+}
+template <typename F>
+constexpr F clamp(F a, F low, F high) {
+  return larger(low, smaller(a, high));
+}
 constexpr float magnitude(float a) { return a > 0.0f ? a : -a; }
 
 constexpr Vec2 smaller(Vec2 a, Vec2 b) { return {smaller(a.x, b.x), smaller(a.y, b.y)}; }

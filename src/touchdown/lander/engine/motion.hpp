@@ -3,31 +3,20 @@
 
 #include <array>
 
-#include "bodies.hpp"
+#include "layout.hpp"
 #include "math.hpp"
+#include "rows.hpp"
 
 namespace touchdown {
-
-inline constexpr float kTimeStep = static_cast<float>(1.0 / 50);  // seconds
-inline constexpr int kVelocityIterations = 6 * 30;
-inline constexpr int kPositionIterations = 2 * 30;
-
-// Impulses carry over from step to step scaled by the ratio of their lengths; since that is one,
-// the factor is nowhere to be seen.
-static_assert(1.0f / kTimeStep * kTimeStep == 1.0f);
 
 struct Pose {
   Vec2 center;
   float angle;
 };
 
-struct Velocity {
-  Vec2 linear;
-  float angular;
-};
-
 using Poses = std::array<Pose, kNumBodies>;
-using Velocities = std::array<Velocity, kNumBodies>;
+using Velocity = BasicVelocity<float>;
+using Velocities = BasicVelocities<float>;
 
 // Moves a body for `time` seconds; a body too fast for the solver is slowed down first.
 inline void integrate(Pose& pose, Velocity& velocity, float time) {

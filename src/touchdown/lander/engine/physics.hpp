@@ -13,11 +13,17 @@
 
 namespace touchdown {
 
-inline void step(World& world, Coverage& coverage) {
+// Up to the velocity iterations. Says whether there are any: a world asleep has none.
+inline bool begin_step(World& world, Solving& solving, Coverage& coverage) {
   update_all(world.contacts, world.terrain, world.bodies, world.touches);
   bool any_awake = false;
   for (const Body& body : world.bodies) any_awake = any_awake || body.awake != 0;
-  if (any_awake) solve(world, coverage);
+  if (any_awake) begin_solve(world, solving, coverage);
+  return any_awake;
+}
+
+inline void finish_step(World& world, bool solved, Solving& solving, Coverage& coverage) {
+  if (solved) finish_solve(world, solving, coverage);
   solve_impacts(world, coverage);
   for (Body& body : world.bodies) {
     body.force = {0.0f, 0.0f};

@@ -12,34 +12,13 @@
 #include "contacts.hpp"
 #include "coverage.hpp"
 #include "motion.hpp"
+#include "rows.hpp"
 #include "terrain.hpp"
 
 namespace touchdown {
 
-struct ContactPointRow {
-  Vec2 arm;              // from the body's centre of mass
-  Vec2 ground_velocity;  // the moon's at the point: zeros, with the signs that they come with
-  float normal_mass;
-  float tangent_mass;
-  float normal_impulse;
-  float tangent_impulse;
-};
-
-// One contact as the velocity iterations see it.
-struct ContactRow {
-  int body;
-  int num_points;
-  float inverse_mass;
-  float inverse_inertia;
-  float friction;
-  Vec2 normal;  // from the moon to the body
-  Vec2 tangent;
-  std::array<ContactPointRow, 2> points;
-  // For two points: the symmetric matrix from normal impulses to normal velocities, and back.
-  float k11, k12, k22;
-  float m11, m12, m22;
-  std::uint32_t cases_seen;
-};
+using ContactPointRow = BasicContactPointRow<float>;
+using ContactRow = BasicContactRow<float>;
 
 // One contact as the position iterations see it.
 struct ContactPositionRow {
@@ -150,78 +129,6 @@ inline void warm_start(const ContactRow& row, Velocities& velocities) {
     body.angular += row.inverse_inertia * cross(point.arm, p);
     body.linear += row.inverse_mass * p;
   }
-}
-
-inline Vec2 velocity_at(const ContactPointRow& point, const Velocity& body) {
-  return body.linear + cross(body.angular, point.arm) - point.ground_velocity;
-}
-
-// Both normal impulses at once: the linear complementarity problem of two points, by trying its
-// four cases (K. Murty's total enumeration), each of which a velocity or an impulse of zero ends.
-inline void iterate_two_points(ContactRow& row, Velocity& body) {
-  ContactPointRow& first = row.points[0];
-  ContactPointRow& second = row.points[1];
-  const Vec2 before{first.normal_impulse, second.normal_impulse};
-  // What the normal velocities would be without any impulse of these two.
-  const Vec2 free =
-      Vec2{dot(velocity_at(first, body), row.normal), dot(velocity_at(second, body), row.normal)} -
-      Vec2{row.k11 * before.x + row.k12 * before.y, row.k12 * before.x + row.k22 * before.y};
-
-  Vec2 after = -Vec2{row.m11 * free.x + row.m12 * free.y, row.m12 * free.x + row.m22 * free.y};
-  BlockCase block_case = BlockCase::kBothPush;
-  if (!(after.x >= 0.0f && after.y >= 0.0f)) {
-    const float alone_first = -first.normal_mass * free.x;
-    const float alone_second = -second.normal_mass * free.y;
-    if (alone_first >= 0.0f && row.k12 * alone_first + free.y >= 0.0f) {
-      block_case = BlockCase::kFirstPushes;
-      after = {alone_first, 0.0f};
-    } else if (alone_second >= 0.0f && row.k12 * alone_second + free.x >= 0.0f) {
-      block_case = BlockCase::kSecondPushes;
-      after = {0.0f, alone_second};
-    } else if (free.x >= 0.0f && free.y >= 0.0f) {
-      block_case = BlockCase::kNeitherPushes;
-      after = {0.0f, 0.0f};
-    } else {
-      row.cases_seen |= 1u << static_cast<int>(BlockCase::kNoSolution);
-      return;  // rounding left no case: the impulses stay, and the next iteration tries again
-    }
-  }
-  row.cases_seen |= 1u << static_cast<int>(block_case);
-
-  const Vec2 change = after - before;
-  const Vec2 p1 = change.x * row.normal;
-  const Vec2 p2 = change.y * row.normal;
-  body.linear += row.inverse_mass * (p1 + p2);
-  body.angular += row.inverse_inertia * (cross(first.arm, p1) + cross(second.arm, p2));
-  first.normal_impulse = after.x;
-  second.normal_impulse = after.y;
-}
-
-inline void iterate_velocity(ContactRow& row, Velocities& velocities) {
-  Velocity body = velocities[row.body];
-  // Friction first, bounded by the last normal impulse: that nothing sinks in matters more.
-  for (int i = 0; i < row.num_points; ++i) {
-    ContactPointRow& point = row.points[i];
-    const float slip = dot(velocity_at(point, body), row.tangent);
-    const float bound = row.friction * point.normal_impulse;
-    const float before = point.tangent_impulse;
-    point.tangent_impulse = clamp(before + point.tangent_mass * -slip, -bound, bound);
-    const Vec2 p = (point.tangent_impulse - before) * row.tangent;
-    body.linear += row.inverse_mass * p;
-    body.angular += row.inverse_inertia * cross(point.arm, p);
-  }
-  if (row.num_points == 1) {
-    ContactPointRow& point = row.points[0];
-    const float approach = dot(velocity_at(point, body), row.normal);
-    const float before = point.normal_impulse;
-    point.normal_impulse = larger(before + -point.normal_mass * approach, 0.0f);
-    const Vec2 p = (point.normal_impulse - before) * row.normal;
-    body.linear += row.inverse_mass * p;
-    body.angular += row.inverse_inertia * cross(point.arm, p);
-  } else {
-    iterate_two_points(row, body);
-  }
-  velocities[row.body] = body;
 }
 
 inline void write_back(const ContactRow& row, Manifold& manifold) {

@@ -15,7 +15,6 @@ inline constexpr double kWorldWidth = kViewportWidth / kScale;
 inline constexpr double kWorldHeight = kViewportHeight / kScale;
 
 inline constexpr int kNumHeights = 11;
-inline constexpr int kNumEdges = 11;
 inline constexpr int kMiddle = kNumHeights / 2;
 inline constexpr double kChunk = kWorldWidth / (kNumHeights - 1);
 inline constexpr double kHelipadLeft = kChunk * (kMiddle - 1);
