@@ -61,9 +61,8 @@ struct ReferenceFace {
   std::uint8_t end_index;
 };
 
-// Keeps the part of a segment behind a line; false if less than a segment is left. `index` is the
-// end of the reference face that cut it, and names the new point together with the incident
-// feature's second index: both faces look alike here, whichever shape they belong to.
+// Keeps the part of a segment behind a line; false if less than a segment is left. A point that the
+// line makes is named after `index`, the end of the reference face that the line goes through.
 inline bool clip(std::array<ClipPoint, 2>& segment, Vec2 normal, float offset, std::uint8_t index) {
   const float distance[2] = {dot(normal, segment[0].position) - offset,
                              dot(normal, segment[1].position) - offset};
@@ -168,6 +167,8 @@ inline Manifold collide(const Edge& edge, const Shape& shape, const Transform& t
       added.local_point = to_local(to_edge, point.position);
       added.name = name;
     } else {
+      // Turned round as upstream does it: a point may find its impulses again when the face passes
+      // from one shape to the other, and which ones do depends on this.
       added.local_point = point.position;
       added.name = {name.polygon_index, name.edge_index, name.polygon_kind, name.edge_kind};
     }

@@ -70,8 +70,7 @@ struct BasicJointRow {
 
 template <typename F>
 struct BasicContactPointRow {
-  Vec<F> arm;              // from the body's centre of mass
-  Vec<F> ground_velocity;  // the moon's at the point: zeros, with the signs that they come with
+  Vec<F> arm;  // from the body's centre of mass
   F normal_mass;
   F tangent_mass;
   F normal_impulse;
@@ -183,7 +182,7 @@ inline void iterate_velocity(BasicJointRow<F>& row, BasicVelocities<F>& velociti
 
 template <typename F>
 constexpr Vec<F> velocity_at(const BasicContactPointRow<F>& point, const BasicVelocity<F>& body) {
-  return body.linear + cross(body.angular, point.arm) - point.ground_velocity;
+  return body.linear + cross(body.angular, point.arm);
 }
 
 // Both normal impulses at once: the linear complementarity problem of two points, by trying its

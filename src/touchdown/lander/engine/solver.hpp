@@ -1,7 +1,8 @@
 // Contacts as rows: what prepares them, iterates them and writes their impulses back.
 //
-// The moon does not move, so its half of every equation is gone, save where its zero velocity
-// decides the sign of another zero.
+// The moon does not move, so its half of every equation is gone. To take away its velocity, a zero
+// of either sign, would change nothing but a velocity of -0, and there is none: velocities start at
+// +0, and a sum is -0 only if both its terms are.
 #pragma once
 
 #include <array>
@@ -92,7 +93,6 @@ inline ContactRow prepare(const Contact& contact, const Terrain& terrain, const 
   for (int i = 0; i < row.num_points; ++i) {
     ContactPointRow& point = row.points[i];
     point.arm = placed.points[i] - pose.center;
-    point.ground_velocity = cross(0.0f, placed.points[i] - kMoonTransform.origin);
     lever[i] = cross(point.arm, row.normal);
     const float k_normal = mass + inertia * lever[i] * lever[i];
     point.normal_mass = k_normal > 0.0f ? 1.0f / k_normal : 0.0f;
