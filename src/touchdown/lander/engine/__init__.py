@@ -1,5 +1,5 @@
 """LunarLander-v3 in C++, bit for bit as stock Gymnasium computes it."""
 
-from touchdown.lander.engine._engine import HELIPAD, Lander, Pcg64
+from touchdown.lander.engine._engine import HELIPAD, Batch, Lander, Pcg64, simd
 
-__all__ = ["HELIPAD", "Lander", "Pcg64"]
+__all__ = ["HELIPAD", "Batch", "Lander", "Pcg64", "simd"]

@@ -3,7 +3,6 @@
 #include <nanobind/stl/optional.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -13,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "arguments.hpp"
+#include "batch_bindings.hpp"
 #include "lander.hpp"
 #include "snapshot.hpp"
 
@@ -33,20 +34,6 @@ nb::object array(const std::vector<T>& values, std::initializer_list<std::size_t
 nb::object to_array(const Observation& observation) {
   return array(std::vector<float>(observation.begin(), observation.end()), {observation.size()});
 }
-
-std::vector<std::uint32_t> entropy(const nb::int_& seed) {
-  if (seed < nb::int_(0)) {
-    throw nb::value_error(
-        ("a seed is zero or more, got " + std::string(nb::repr(seed).c_str())).c_str());
-  }
-  const auto num_bits = nb::cast<std::size_t>(seed.attr("bit_length")());
-  const std::size_t num_words = num_bits == 0 ? 1 : (num_bits + 31) / 32;
-  const auto bytes = nb::cast<nb::bytes>(seed.attr("to_bytes")(4 * num_words, "little"));
-  std::vector<std::uint32_t> words(num_words);
-  std::memcpy(words.data(), bytes.c_str(), 4 * num_words);
-  return words;
-}
-static_assert(std::endian::native == std::endian::little);
 
 [[noreturn]] void refuse(const char* wanted, nb::handle action) {
   throw nb::value_error(
@@ -79,27 +66,8 @@ Throttle throttle_of(const Config& config, nb::handle action) {
   return continuous_throttle(pair[0], pair[1]);
 }
 
-Lander make(bool continuous, double gravity, bool enable_wind, double wind_power,
-            double turbulence_power) {
-  if (!(-12.0 < gravity && gravity < 0.0)) {
-    throw nb::value_error("need -12 < gravity < 0");
-  }
-  if (!std::isfinite(wind_power) || !std::isfinite(turbulence_power)) {
-    throw nb::value_error("wind_power and turbulence_power have to be finite");
-  }
-  return make_lander({.gravity = gravity,
-                      .wind_power = wind_power,
-                      .turbulence_power = turbulence_power,
-                      .continuous = continuous,
-                      .enable_wind = enable_wind});
-}
-
 nb::object reset_lander(Lander& lander, const std::optional<nb::int_>& seed_given) {
-  if (seed_given) {
-    seed(lander, entropy(*seed_given));
-  } else if (lander.seeded == 0) {
-    seed(lander, entropy(nb::int_(nb::module_::import_("secrets").attr("randbits")(128))));
-  }
+  seed_or_go_on(lander, seed_given);
   return to_array(reset(lander));
 }
 
@@ -193,7 +161,8 @@ NB_MODULE(_engine, m) {
           [](Lander* lander, bool continuous, double gravity, bool enable_wind, double wind_power,
              double turbulence_power) {
             new (lander)
-                Lander(make(continuous, gravity, enable_wind, wind_power, turbulence_power));
+                Lander(make_lander(checked_config(
+                    continuous, gravity, enable_wind, wind_power, turbulence_power)));
           },
           nb::kw_only(), "continuous"_a = false, "gravity"_a = -10.0, "enable_wind"_a = false,
           "wind_power"_a = 15.0, "turbulence_power"_a = 1.5)
@@ -236,6 +205,7 @@ NB_MODULE(_engine, m) {
           "Main and side engine in the last step; the side's sign is its direction.")
       .def_prop_ro("coverage", &coverage_of, "Counts of rare paths since the lander was made.");
 
+  bind_batch(m);
   m.attr("HELIPAD") = nb::make_tuple(kHelipadLeft, kHelipadRight, kHelipadHeight);
 }
 
