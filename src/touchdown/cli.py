@@ -192,6 +192,14 @@ class Tune:
     tolerance: Annotated[
         float, arg(help="Stop when every step is below this share of its first size.")
     ] = 0.2
+    begin: Annotated[
+        Path | None,
+        arg(
+            metavar="FILE",
+            help="TOML file of gains to begin from, such as an earlier tuning's; None begins from "
+            "gains picked by hand.",
+        ),
+    ] = None
     out: Annotated[Path, arg(metavar="FILE", help="TOML file for the gains.")] = Path("pid.toml")
 
     def run(self, console: "Console") -> None:
@@ -203,6 +211,7 @@ class Tune:
             starts=self.starts,
             seed=self.seed,
             tolerance=self.tolerance,
+            begin=self.begin,
             out=self.out,
             console=console,
         )

@@ -336,6 +336,7 @@ def tune_pid(
     starts: int = 200,
     seed: int = 0,
     tolerance: float = 0.2,
+    begin: PIDConfig | Path | str | None = None,
     out: Path | str | None = None,
     console: Console | None = None,
 ) -> PIDConfig:
@@ -346,11 +347,13 @@ def tune_pid(
         starts: training starts that each trial flies.
         seed: chooses the starts.
         tolerance: relative step at which to stop, between 0 and 1.
+        begin: gains to begin from, or a TOML file of them, such as an earlier tuning's; None
+            begins from gains picked by hand.
         out: a TOML file to save the gains in; None only gives them back.
         console: where to show progress; quiet if None.
 
     Raises:
-        UserError: a number is out of range, or `out` cannot be written.
+        UserError: a number is out of range, `begin` is broken, or `out` cannot be written.
     """
     if starts < 1:
         raise UserError(f"starts = {starts}: must be at least 1")
@@ -361,13 +364,17 @@ def tune_pid(
         raise UserError(f"out {str(out)!r}: its folder does not exist")
     if out is not None and (not Path(out).name or Path(out).is_dir()):
         raise UserError(f"out {str(out)!r}: must be a file, such as pid.toml")
+    if begin is None:
+        first = tune.HAND_PICKED
+    else:
+        first = begin if isinstance(begin, PIDConfig) else pilots.read_pid(Path(begin))
     shown = console or Console(quiet=True)
     step = None
     with (
         progress.stop_on_signals(shown) as stop,
         progress.counting(shown, "tuning the PID", 1.0) as count,
     ):
-        for step in tune.tune_pid(rule, starts, seed, tolerance):
+        for step in tune.tune_pid(rule, starts, seed, tolerance, first):
             done = tune.share_done(step.step, tolerance)
             count.describe(f"trial {step.trial}, best mean return {step.best_return:.1f}", done)
             if stop():
@@ -376,7 +383,7 @@ def tune_pid(
         raise UserError("tuning was stopped before its first trial")
     if out is not None:
         with files.refusing(f"{step.best}: found, but out {str(out)!r}"):
-            files.write_atomic(Path(out), tune.to_toml(step, starts, seed))
+            files.write_atomic(Path(out), tune.to_toml(step, starts, seed, first))
     return step.best
 
 
