@@ -16,8 +16,9 @@ from pathlib import Path
 from scipy import stats
 
 import touchdown
-from touchdown import files, verbs
+from touchdown import files
 from touchdown.runs.folder import cpu_name
+from touchdown.runs.run import evaluations_of
 
 
 def train(job: tuple[str, int, Path]) -> str:
@@ -53,7 +54,7 @@ def table(presets: Sequence[str], seeds: Sequence[int], runs: Path) -> str:
             if not (runs / f"{preset}-{seed}" / "evaluation.json").is_file():
                 continue
             run = touchdown.show(f"{preset}-{seed}", runs_dir=runs)
-            summary = verbs.evaluations_of(run)[0].summary
+            summary = evaluations_of(run)[0].summary
             last = files.read_jsonl(run.folder.episodes)[-1]
             means.append(summary.mean)
             lines.append(

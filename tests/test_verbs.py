@@ -10,10 +10,11 @@ from gymnasium.envs.classic_control import CartPoleEnv
 from rich.console import Console
 
 import touchdown
-from touchdown import files, presets, tables, verbs
+from touchdown import files, presets, tables
 from touchdown.config import Config, TrainingConfig
 from touchdown.lander.flight import load_flights
 from touchdown.runs import pilots
+from touchdown.runs.run import list_facts
 
 
 def tiny(env_id: str = "LunarLander-v3", **training) -> Config:
@@ -139,7 +140,7 @@ def test_a_broken_run_is_listed_beside_the_whole_ones(tmp_path):
     touchdown.train(tiny(episodes=1, test_episodes=0), runs_dir=tmp_path, name="whole")
     touchdown.train(tiny(episodes=1, test_episodes=0), runs_dir=tmp_path, name="half")
     (tmp_path / "half" / "episodes.jsonl").write_text("{}\n")
-    whole, half = verbs.list_facts(tmp_path)
+    whole, half = list_facts(tmp_path)
     assert (whole["name"], whole["status"]) == ("whole", "finished")
     assert (half["name"], half["status"]) == ("half", "broken")
     assert "line 1 has no observations" in half["error"]
