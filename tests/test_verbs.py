@@ -1,17 +1,20 @@
 import io
-from dataclasses import replace
+from dataclasses import asdict, replace
+from types import SimpleNamespace
 
 import gymnasium
 import numpy as np
 import pytest
+import tomli_w
 from gymnasium.envs.classic_control import CartPoleEnv
 from rich.console import Console
 
 import touchdown
-from touchdown import files, presets, tables, verbs
+from touchdown import files, presets, tables
 from touchdown.config import Config, TrainingConfig
 from touchdown.lander.flight import load_flights
 from touchdown.runs import pilots
+from touchdown.runs.run import list_facts
 
 
 def tiny(env_id: str = "LunarLander-v3", **training) -> Config:
@@ -137,7 +140,7 @@ def test_a_broken_run_is_listed_beside_the_whole_ones(tmp_path):
     touchdown.train(tiny(episodes=1, test_episodes=0), runs_dir=tmp_path, name="whole")
     touchdown.train(tiny(episodes=1, test_episodes=0), runs_dir=tmp_path, name="half")
     (tmp_path / "half" / "episodes.jsonl").write_text("{}\n")
-    whole, half = verbs.list_facts(tmp_path)
+    whole, half = list_facts(tmp_path)
     assert (whole["name"], whole["status"]) == ("whole", "finished")
     assert (half["name"], half["status"]) == ("half", "broken")
     assert "line 1 has no observations" in half["error"]
@@ -177,6 +180,24 @@ def test_tuning_writes_gains_that_fly(tmp_path):
     assert pilots.read_pid(out) == best
     assert out.read_text().startswith("# touchdown tune pid --rule signed --starts 2 --seed 0\n")
     assert touchdown.evaluate(out, episodes=1).name == "gains"
+
+
+def test_tuning_begins_from_the_gains_that_it_is_given(tmp_path, monkeypatch):
+    tried = []
+
+    def fly(_fleet, pilot, starts):
+        tried.append(pilot.config)
+        return [SimpleNamespace(episode_return=0.0) for _ in starts]
+
+    monkeypatch.setattr("touchdown.runs.evaluate.Fleet.fly", fly)
+    gains = replace(pilots.shipped_pid(), kp_vertical=-3.25)
+    file = tmp_path / "gains.toml"
+    file.write_text(tomli_w.dumps(asdict(gains)))
+    touchdown.tune_pid(starts=1, tolerance=0.9, begin=file, rule="absolute")
+    assert tried[0] == replace(gains, rule="absolute")
+    tried.clear()
+    touchdown.tune_pid(starts=1, tolerance=0.9, begin=gains)
+    assert tried[0] == gains
 
 
 def test_the_shipped_gains_are_those_of_the_better_rule():

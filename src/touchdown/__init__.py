@@ -11,17 +11,18 @@ if TYPE_CHECKING:
     from touchdown.config import Config
     from touchdown.errors import Interrupted, UserError
     from touchdown.presets import PRESETS, preset
-    from touchdown.verbs import Run, evaluate, fly, list_runs, resume, show, train, tune_pid
+    from touchdown.runs.run import Run, list_runs
+    from touchdown.verbs import evaluate, fly, resume, show, train, tune_pid
 
 _HOMES = {
     "Config": "config",
     "Interrupted": "errors",
     "PRESETS": "presets",
-    "Run": "verbs",
+    "Run": "runs.run",
     "UserError": "errors",
     "evaluate": "verbs",
     "fly": "verbs",
-    "list_runs": "verbs",
+    "list_runs": "runs.run",
     "preset": "presets",
     "resume": "verbs",
     "show": "verbs",

@@ -192,6 +192,14 @@ class Tune:
     tolerance: Annotated[
         float, arg(help="Stop when every step is below this share of its first size.")
     ] = 0.2
+    begin: Annotated[
+        Path | None,
+        arg(
+            metavar="FILE",
+            help="TOML file of gains to begin from, such as an earlier tuning's; None begins from "
+            "gains picked by hand.",
+        ),
+    ] = None
     out: Annotated[Path, arg(metavar="FILE", help="TOML file for the gains.")] = Path("pid.toml")
 
     def run(self, console: "Console") -> None:
@@ -203,6 +211,7 @@ class Tune:
             starts=self.starts,
             seed=self.seed,
             tolerance=self.tolerance,
+            begin=self.begin,
             out=self.out,
             console=console,
         )
@@ -217,10 +226,11 @@ class Runs:
     runs_dir: RunsDir = Path("runs")
 
     def run(self, console: "Console") -> None:
-        """Hand over to `verbs.list_runs`."""
-        from touchdown import tables, verbs  # noqa: PLC0415
+        """Hand over to `list_facts`."""
+        from touchdown import tables  # noqa: PLC0415
+        from touchdown.runs.run import list_facts  # noqa: PLC0415
 
-        facts = verbs.list_facts(self.runs_dir)
+        facts = list_facts(self.runs_dir)
         if self.json:
             _print_json(facts)
             return
@@ -244,16 +254,17 @@ class Show:
     def run(self, console: "Console") -> None:
         """Hand over to `verbs.show`."""
         from touchdown import config, tables, verbs  # noqa: PLC0415
+        from touchdown.runs.run import evaluations_of, run_facts  # noqa: PLC0415
 
         run = verbs.show(self.name, self.runs_dir)
-        facts = verbs.run_facts(run)
+        facts = run_facts(run)
         pictures = [str(path) for path in run.pictures]
         if self.json:
             _print_json({**facts, "config": config.to_dict(run.config), "pictures": pictures})
             return
         console.print(tables.runs_table([facts]))
         console.print(config.to_toml(run.config), markup=False, highlight=False)
-        evaluated = verbs.evaluations_of(run)
+        evaluated = evaluations_of(run)
         if evaluated:
             console.print(tables.evaluation_table(evaluated))
         for path in pictures:

@@ -45,8 +45,10 @@ PRESETS: dict[str, Config] = {
     ),
 }
 PRESETS["pilot"] = replace(
-    PRESETS["paper-best"],
+    _DQN,
     preset="pilot",
+    replay=replace(_RESAVED, resaves=0),  # the threshold still names what is counted as rewarded
+    learning=replace(_LEARNING, reward_scale=0.1, learning_rate=5e-4, target_period=800),
     training=TrainingConfig(
         episodes=5_000, max_observations=180_000, validation_period=5_000, finalists=8
     ),
@@ -57,7 +59,7 @@ SECTIONS_OF_THE_PAPER = {
     "target-dqn": "section 6, Eq. 5: a target network, copied every 1000 observations",
     "preferential-dqn": "section 7: rewarded transitions stored again",
     "paper-best": "section 9: the paper's best printed values",
-    "pilot": "section 9 within 180,000 observations, checkpoints chosen more finely; `make land`",
+    "pilot": "section 9 without re-saves, 180,000 observations at a higher rate; `make land`",
 }
 
 

@@ -39,7 +39,11 @@ class TuningStep:
 
 
 def tune_pid(
-    rule: Rule, starts: int, seed: int = 0, tolerance: float = 0.2
+    rule: Rule,
+    starts: int,
+    seed: int = 0,
+    tolerance: float = 0.2,
+    begin: PIDConfig = HAND_PICKED,
 ) -> Iterator[TuningStep]:
     """Maximise the mean return over training starts, one trial at a time.
 
@@ -50,6 +54,7 @@ def tune_pid(
         starts: training starts a trial flies.
         seed: chooses them.
         tolerance: relative step at which to stop.
+        begin: gains and dead band to begin from; its rule does not count.
     """
     flown = tuning_starts(seed, starts)
     fleet = Fleet(LANDER_IDS[0])
@@ -57,13 +62,13 @@ def tune_pid(
     def config_of(point: tuple[float, ...]) -> PIDConfig:
         values = dict(zip(TUNED, point, strict=True))
         values["dead_band"] = max(0.0, values["dead_band"])
-        return replace(HAND_PICKED, rule=rule, **values)
+        return replace(begin, rule=rule, **values)
 
     def mean_return(point: tuple[float, ...]) -> float:
         results = fleet.fly(PIDPilot(config_of(point)), flown)
         return float(np.mean([result.episode_return for result in results]))
 
-    first = [getattr(HAND_PICKED, name) for name in TUNED]
+    first = [getattr(begin, name) for name in TUNED]
     try:
         for number, trial in enumerate(
             twiddle(mean_return, first, _FIRST_STEPS, tolerance), start=1
@@ -80,10 +85,11 @@ def share_done(step: float, tolerance: float) -> float:
     return min(1.0, math.log(min(1.0, step)) / math.log(tolerance))
 
 
-def to_toml(step: TuningStep, starts: int, seed: int) -> str:
+def to_toml(step: TuningStep, starts: int, seed: int, begin: PIDConfig) -> str:
     """The tuned gains, and in a comment where they come from."""
+    first = ", ".join(f"{name} {getattr(begin, name):g}" for name in TUNED)
     return (
         f"# touchdown tune pid --rule {step.best.rule} --starts {starts} --seed {seed}\n"
         f"# mean return {step.best_return:.1f} on those training starts, {step.trial} trials\n"
-        + tomli_w.dumps(asdict(step.best))
+        f"# begun from {first}\n" + tomli_w.dumps(asdict(step.best))
     )

@@ -1,0 +1,123 @@
+"""A run on disk, as a value to ask: its pilot, its results, its pictures."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from touchdown import files
+from touchdown.config import Config
+from touchdown.errors import UserError
+from touchdown.runs import evaluation as evaluations
+from touchdown.runs import folder as folders
+from touchdown.runs import pilots
+from touchdown.runs.evaluation import Evaluation
+from touchdown.runs.folder import DEFAULT_RUNS, RunFolder
+from touchdown.runs.pilots import NamedPilot
+
+CURVE, FLIGHTS, GIF, MP4 = "learning-curve.png", "flights.png", "landing.gif", "landing.mp4"
+PICTURES = (CURVE, FLIGHTS, GIF, MP4)
+_DONE = CURVE  # the last file that a run writes
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A run on disk, finished or not."""
+
+    folder: RunFolder
+
+    @property
+    def name(self) -> str:
+        """The run's name."""
+        return self.folder.name
+
+    @property
+    def path(self) -> Path:
+        """The run's folder."""
+        return self.folder.path
+
+    @property
+    def config(self) -> Config:
+        """The run's settings."""
+        return self.folder.config()
+
+    @property
+    def pilot(self) -> NamedPilot:
+        """The best pilot found so far."""
+        return pilots.load_run(self.folder)
+
+    @property
+    def evaluation(self) -> Evaluation | None:
+        """The pilot's test flights; None while the run is not finished."""
+        return next(iter(evaluations_of(self)), None)
+
+    @property
+    def pictures(self) -> list[Path]:
+        """The run's pictures and films."""
+        found = [self.path / name for name in PICTURES]
+        return [path for path in found if path.is_file()]
+
+    @property
+    def status(self) -> Literal["finished", "unfinished"]:
+        """Whether the run has come to its end."""
+        return "finished" if (self.path / _DONE).is_file() else "unfinished"
+
+
+def evaluations_of(run: Run) -> list[Evaluation]:
+    """The test flights of a run and of the baselines; none while it is not finished.
+
+    Raises:
+        UserError: `evaluation.json` is broken.
+    """
+    path = run.folder.evaluation
+    return evaluations.read_evaluations(path) if path.is_file() else []
+
+
+def run_facts(run: Run) -> dict[str, Any]:
+    """A run in one JSON object: what `runs` and `show` print.
+
+    Raises:
+        UserError: the run's files are broken.
+    """
+    config = run.config
+    path = run.folder.episodes
+    episodes = files.read_jsonl(path, ("observations", "seconds")) if path.is_file() else []
+    last = episodes[-1] if episodes else {"observations": 0, "seconds": 0.0}
+    evaluation = run.evaluation
+    return {
+        "name": run.name,
+        "status": run.status,
+        "preset": config.preset,
+        "env_id": config.env_id,
+        "seed": config.seed,
+        "config_digest": config.digest,
+        "episodes": len(episodes),
+        "observations": last["observations"],
+        "seconds": last["seconds"],
+        "test": evaluation.summary.to_json() if evaluation else None,
+    }
+
+
+def list_runs(runs_dir: Path | str = DEFAULT_RUNS) -> list[Run]:
+    """Every run in a folder, oldest first.
+
+    Raises:
+        UserError: there is no such folder.
+    """
+    if not Path(runs_dir).is_dir():
+        raise UserError(f"runs_dir {str(runs_dir)!r}: no such folder; `touchdown train` makes it")
+    return [Run(folder) for folder in folders.list_runs(Path(runs_dir))]
+
+
+def list_facts(runs_dir: Path | str = DEFAULT_RUNS) -> list[dict[str, Any]]:
+    """`run_facts` of every run, oldest first; of a broken one its name, and what is the matter.
+
+    Raises:
+        UserError: there is no such folder.
+    """
+    facts: list[dict[str, Any]] = []
+    for run in list_runs(runs_dir):
+        try:
+            facts.append(run_facts(run))
+        except UserError as error:
+            facts.append({"name": run.name, "status": "broken", "error": str(error)})
+    return facts
