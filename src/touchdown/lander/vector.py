@@ -1,7 +1,7 @@
 """The exact engine behind Gymnasium's interfaces: one lander, or many at once."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Any, cast
 
 import gymnasium
 import numpy as np
@@ -11,9 +11,9 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from touchdown.lander.engine import Batch
+from touchdown.lander.env import MAX_EPISODE_STEPS
 from touchdown.types import FloatArray
 
-MAX_EPISODE_STEPS = 1_000
 OBSERVATION_SIZE = 8
 
 # as stock's: the observation's units are half viewports, and so on; see gymnasium's lunar_lander.py
@@ -46,7 +46,7 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
         ValueError: a number is out of range.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": [], "render_fps": 50}
+    metadata: dict[str, Any] = {"render_modes": [], "render_fps": 50}  # noqa: RUF012 - as Gymnasium's
 
     def __init__(
         self,
@@ -61,7 +61,7 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
         if render_mode is not None:
             raise ValueError(f"render_mode {render_mode!r}: must be None; flights are drawn later")
         self.render_mode = None
-        self.observation_space = observation_space()
+        self.observation_space = cast(spaces.Space[FloatArray], observation_space())
         self.action_space = action_space(continuous=continuous)
         self.continuous = continuous
         self._batch = Batch(
@@ -72,7 +72,9 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
             wind_power=wind_power,
             turbulence_power=turbulence_power,
         )
-        self._actions: NDArray[Any] = np.zeros((1, 2), np.float32) if continuous else np.zeros(1, int)
+        self._actions: NDArray[Any] = (
+            np.zeros((1, 2), np.float32) if continuous else np.zeros(1, int)
+        )
         self._rewards = np.zeros(1)
         self._terminated = np.zeros(1, np.bool_)
 
@@ -109,7 +111,7 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
         self._batch.restore(0, snapshot)
 
 
-class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], FloatArray]):
+class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
     """Many landers at once, as `SyncVectorEnv` of stock environments with a limit of 1000 steps.
 
     Args:
@@ -122,8 +124,6 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], Float
         ValueError: a number is out of range.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": [], "render_fps": 50}
-
     def __init__(
         self,
         num_envs: int = 1,
@@ -135,7 +135,11 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], Float
         self._batch = Batch(num_envs, **settings)
         self.num_envs = num_envs
         self.autoreset_mode = AutoresetMode(autoreset_mode)
-        self.metadata = {**type(self).metadata, "autoreset_mode": self.autoreset_mode}
+        self.metadata = {
+            "render_modes": [],
+            "render_fps": 50,
+            "autoreset_mode": self.autoreset_mode,
+        }
         continuous = bool(settings.get("continuous", False))
         self.single_observation_space = observation_space()
         self.single_action_space = action_space(continuous=continuous)
@@ -173,7 +177,7 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], Float
 
     def step(
         self, actions: NDArray[Any]
-    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+    ) -> tuple[FloatArray, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
         """One step of every environment; those that have ended begin again, as the mode says.
 
         Raises:
@@ -223,7 +227,7 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], Float
     def snapshot(self, index: int) -> bytes:
         """The whole state of one environment, generator and step count included."""
         count = int(self._steps[index]).to_bytes(8, "little", signed=True)
-        return count + bytes([self._ended[index]]) + self._batch.snapshot(index)
+        return count + bytes([int(self._ended[index])]) + self._batch.snapshot(index)
 
     def restore(self, index: int, snapshot: bytes) -> None:
         """Have one environment go on from a snapshot.

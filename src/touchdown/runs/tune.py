@@ -9,7 +9,7 @@ import tomli_w
 
 from touchdown.control.pid import PIDConfig, PIDPilot, Rule
 from touchdown.control.twiddle import twiddle
-from touchdown.lander.env import LANDER_IDS
+from touchdown.lander.env import LANDER_IDS, engine_in_use
 from touchdown.runs.evaluate import Fleet
 from touchdown.seeding import tuning_starts
 
@@ -57,7 +57,7 @@ def tune_pid(
         begin: gains and dead band to begin from; its rule does not count.
     """
     flown = tuning_starts(seed, starts)
-    fleet = Fleet(LANDER_IDS[0])
+    fleet = Fleet(LANDER_IDS[0], engine=engine_in_use())
 
     def config_of(point: tuple[float, ...]) -> PIDConfig:
         values = dict(zip(TUNED, point, strict=True))

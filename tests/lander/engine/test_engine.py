@@ -122,7 +122,7 @@ def test_settings_that_stock_refuses_or_that_are_not_finite_are_refused(settings
 
 
 def test_a_seed_is_a_whole_number_from_zero():
-    with pytest.raises(ValueError, match="zero or more"):
+    with pytest.raises(ValueError, match="seed = -1: must be 0 or more"):
         Lander().reset(-1)
     with pytest.raises(TypeError):
         Lander().reset(1.0)

@@ -1,7 +1,8 @@
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
-from jaxtyping import Float32, Float64
+from jaxtyping import Bool, Float32, Float64, Int64
 
 HELIPAD: Final[tuple[float, float, float]]
 
@@ -42,3 +43,31 @@ class Lander:
     def engine_powers(self) -> tuple[float, float]: ...
     @property
     def coverage(self) -> dict[str, Any]: ...
+
+class Batch:
+    def __init__(
+        self,
+        num_envs: int,
+        *,
+        continuous: bool = False,
+        gravity: float = -10.0,
+        enable_wind: bool = False,
+        wind_power: float = 15.0,
+        turbulence_power: float = 1.5,
+    ) -> None: ...
+    def __len__(self) -> int: ...
+    def reset(self, index: int, seed: int | None, observation: Float32[np.ndarray, 8]) -> None: ...
+    def step(
+        self,
+        actions: Int64[np.ndarray, " N"] | Float32[np.ndarray, "N 2"],
+        observations: Float32[np.ndarray, "N 8"],
+        rewards: Float64[np.ndarray, " N"],
+        terminated: Bool[np.ndarray, " N"],
+        active: Bool[np.ndarray, " N"] | None = None,
+    ) -> None: ...
+    def snapshot(self, index: int) -> bytes: ...
+    def restore(self, index: int, snapshot: bytes) -> None: ...
+    def copy(self, index: int, to: Sequence[int]) -> None: ...
+    def states(self, out: Float32[np.ndarray, "N 3 6"]) -> None: ...
+
+def simd() -> str: ...
