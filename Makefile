@@ -55,7 +55,7 @@ format: $(READY) ## format the code and mend what the linter can
 	@$(BIN)/ruff check --fix
 
 clean: ## remove all that make has made; runs/ stays
-	@rm -rf .venv .venv-bench site dist .import_linter_cache .pytest_cache .ruff_cache .hypothesis
+	@rm -rf .venv .venv-bench build site dist .import_linter_cache .pytest_cache .ruff_cache .hypothesis
 	@find src tests benchmarks -name __pycache__ -prune -exec rm -rf {} +
 
 # --- set-up ---
@@ -82,17 +82,21 @@ define set-up
 $(if $(call ready,$1),,$(if $(python),,$(error $(no_python))))
 @echo "$(if $(call ready,$1),bringing $1 up to date,setting up $1 (a minute or two, once))"
 @$(if $(call ready,$1),rm -f $1/.ready,rm -rf $1 && $(python) -m venv $1)
+@command -v c++ >/dev/null || echo "no C++ compiler: the exact engine is left out and stock \
+	Gymnasium flies instead, more slowly; install one, such as g++, and run make again"
 @$1/bin/python -m pip install -qq --disable-pip-version-check uv==$(UV_VERSION)
 @$1/bin/uv pip sync --quiet --python $1/bin/python --require-hashes requirements.lock
 @$1/bin/uv pip install --quiet --python $1/bin/python --no-deps --no-build-isolation --editable .
 endef
 
-$(READY): requirements.lock pyproject.toml
+engine := CMakeLists.txt $(wildcard src/touchdown/lander/engine/*.?pp)
+
+$(READY): requirements.lock pyproject.toml $(engine)
 	$(call set-up,.venv)
 	@echo '<$(CURDIR)>' > $@
 
 # pip rather than uv: it takes a build of torch for the CPU where the machine offers one
-$(BENCH_READY): requirements.lock pyproject.toml benchmarks/requirements.txt
+$(BENCH_READY): requirements.lock pyproject.toml $(engine) benchmarks/requirements.txt
 	$(call set-up,.venv-bench)
 	@.venv-bench/bin/pip install -qq --disable-pip-version-check -r benchmarks/requirements.txt
 	@echo '<$(CURDIR)>' > $@

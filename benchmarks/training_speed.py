@@ -40,9 +40,9 @@ def same_numbers(seed: int) -> Config:
     )
 
 
-def ours(config: Config) -> Callable[[int], object]:
+def ours(config: Config, engine: lander.Engine) -> Callable[[int], object]:
     """A function that trains for so many more steps."""
-    world = lander.make(config.env_id)
+    world = lander.make(config.env_id, engine=engine)
     spaces = Spaces(world.observation_size, world.num_actions)
     agent = DQNAgent(config, spaces, streams(config.seed))
     steps = interact(agent, world.env, lambda episode: training_start(config.seed, episode))
@@ -88,7 +88,11 @@ def main() -> None:
     torch.set_num_threads(1)
     device.use("cpu")
     config = same_numbers(args.seed)
-    sides = {"touchdown": ours(config), "stable-baselines3": theirs(config)}
+    sides = {
+        "touchdown": ours(config, "exact"),
+        "touchdown on stock": ours(config, "gymnasium"),
+        "stable-baselines3": theirs(config),
+    }
     for train in sides.values():
         train(2 * config.replay.min_size)  # past the compilation and the filling of the memory
     rates: dict[str, list[float]] = {name: [] for name in sides}
@@ -97,7 +101,6 @@ def main() -> None:
             began = time.perf_counter()
             train(args.steps)
             rates[name].append(args.steps / (time.perf_counter() - began))
-    ratios = [a / b for a, b in zip(*rates.values(), strict=True)]
     print(
         f"{cpu_name()}, one core; Python {platform.python_version()}, torch {torch.__version__}, "
         f"stable-baselines3 {stable_baselines3.__version__}; seed {args.seed}, "
@@ -108,7 +111,13 @@ def main() -> None:
         print(
             f"{name:20}{statistics.median(values):16,.0f}{min(values):10,.0f}{max(values):10,.0f}"
         )
-    print(f"{'ratio':20}{statistics.median(ratios):16.1f}{min(ratios):10.1f}{max(ratios):10.1f}")
+    *own, peer = rates
+    for name in own:
+        ratios = [a / b for a, b in zip(rates[name], rates[peer], strict=True)]
+        print(
+            f"{name + ', ratio':28}{statistics.median(ratios):8.1f}"
+            f"{min(ratios):10.1f}{max(ratios):10.1f}"
+        )
 
 
 if __name__ == "__main__":

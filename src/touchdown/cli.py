@@ -35,6 +35,13 @@ if TYPE_CHECKING:
 RunsDir = Annotated[Path, arg(help="Folder where runs are kept.")]
 Json = Annotated[bool, arg(help="Print JSON for scripts instead of a table.")]
 Device = Annotated[Literal["cpu", "gpu"], arg(help="Where JAX computes.")]
+Engine = Annotated[
+    Literal["exact", "gymnasium"] | None,
+    arg(
+        help="What flies the lander in training: ours in C++, or stock; the same to the last bit. "
+        "None takes ours where it was built. Tests fly stock always."
+    ),
+]
 Episodes = Annotated[int, arg(help="Starts to fly (episodes).")]
 FirstSeed = Annotated[
     int, arg(help="Environment seed of the first start; seeds below 1000000 are test starts.")
@@ -78,6 +85,7 @@ class Train:
     ] = None
     runs_dir: RunsDir = Path("runs")
     device: Device = "cpu"
+    engine: Engine = None
     seed: Annotated[int, arg(help="Training seed: everything random follows from it.")] = 0
     env_id: Annotated[
         str,
@@ -102,6 +110,7 @@ class Train:
         from touchdown import device, verbs  # noqa: PLC0415 - heavy libraries load when used
 
         device.use(self.device)
+        _use_engine(self.engine)
         if self.resume is None:
             verbs.train(self.settings(), name=self.name, runs_dir=self.runs_dir, console=console)
             return
@@ -201,11 +210,13 @@ class Tune:
         ),
     ] = None
     out: Annotated[Path, arg(metavar="FILE", help="TOML file for the gains.")] = Path("pid.toml")
+    engine: Engine = None
 
     def run(self, console: "Console") -> None:
         """Hand over to `verbs.tune_pid`."""
         from touchdown import verbs  # noqa: PLC0415
 
+        _use_engine(self.engine)
         best = verbs.tune_pid(
             rule=self.rule,
             starts=self.starts,
@@ -280,6 +291,13 @@ VERBS: dict[str, type[Verb]] = {
     "runs": Runs,
     "show": Show,
 }
+
+
+def _use_engine(engine: Literal["exact", "gymnasium"] | None) -> None:
+    from touchdown.lander import env as lander  # noqa: PLC0415
+
+    if engine is not None:
+        lander.use_engine(engine)
 
 
 def _print_json(value: object) -> None:

@@ -49,6 +49,18 @@ GAINS = PIDConfig(
 )
 
 
+def test_the_exact_engine_s_fleet_flies_as_stock_s_does():
+    pilot = PIDPilot(GAINS)
+    starts = list(range(40))
+    flown = []
+    for engine in ("gymnasium", "exact"):
+        fleet = Fleet(LANDER, 7, engine)
+        flown.append(fleet.fly(pilot, starts))
+        fleet.close()
+    assert flown[0] == flown[1]
+    assert len({result.outcome for result in flown[0]}) > 1
+
+
 @pytest.fixture(scope="module")
 def fleets() -> Iterator[dict[str, Fleet]]:
     made = {CART: Fleet(CART, 3), LANDER: Fleet(LANDER, 3)}

@@ -1,7 +1,8 @@
 """Making a world, and saying in words how an episode in it ended."""
 
+import importlib.util
 import warnings
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import gymnasium
 import numpy as np
@@ -11,6 +12,9 @@ from touchdown.errors import UserError, one_line
 from touchdown.types import FloatArray, Outcome
 
 LANDER_IDS = ("LunarLander-v3",)
+EXACT_ID = "touchdown/LunarLander-v3"
+Engine = Literal["exact", "gymnasium"]
+MAX_EPISODE_STEPS = 1_000
 MAIN_ENGINE_COST = 0.3  # return points a step, gymnasium's lunar_lander.py
 SIDE_ENGINE_COST = 0.03
 IDLE, LEFT_ENGINE, MAIN_ENGINE, RIGHT_ENGINE = range(4)
@@ -31,12 +35,54 @@ def is_lander(env_id: str) -> bool:
     return env_id in LANDER_IDS
 
 
-def make(env_id: str = "LunarLander-v3", render_mode: str | None = None) -> World:
-    """A stock Gymnasium environment with a flat Box observation and Discrete actions.
+_chosen: list[Engine] = []
+_built = importlib.util.find_spec("touchdown.lander.engine._engine") is not None
+
+
+def use_engine(engine: Engine) -> None:
+    """Choose what flies the lander where either would do; results are the same to the last bit.
+
+    Args:
+        engine: `exact`, ours in C++, or `gymnasium`, stock.
+
+    Raises:
+        UserError: there is no such engine, or ours was not built.
+    """
+    if engine not in ("exact", "gymnasium"):
+        raise UserError(f"engine {engine!r}: must be exact or gymnasium")
+    if engine == "exact" and not _built:
+        raise UserError(
+            "engine 'exact': was not built when touchdown was installed; "
+            "install a C++ compiler such as g++ and then touchdown again, or take gymnasium"
+        )
+    _chosen.append(engine)
+
+
+def engine_in_use() -> Engine:
+    """Ours where it was built, unless stock was chosen; without it, once a word of warning."""
+    if _chosen:
+        return _chosen[-1]
+    if not _built:
+        warnings.warn(
+            "the exact engine was not built (no C++ compiler when touchdown was installed): "
+            "stock Gymnasium flies instead, more slowly",
+            stacklevel=2,
+        )
+    _chosen.append("exact" if _built else "gymnasium")
+    return _chosen[-1]
+
+
+def make(
+    env_id: str = "LunarLander-v3",
+    render_mode: str | None = None,
+    engine: Engine = "gymnasium",
+) -> World:
+    """A Gymnasium environment with a flat Box observation and Discrete actions.
 
     Args:
         env_id: Gymnasium's id.
-        render_mode: Gymnasium's, `rgb_array` or `human`.
+        render_mode: Gymnasium's, `rgb_array` or `human`; for stock alone.
+        engine: what flies the lander; other worlds are stock always.
 
     Raises:
         UserError: there is no such environment, it cannot be made, or its spaces are others.
@@ -44,7 +90,8 @@ def make(env_id: str = "LunarLander-v3", render_mode: str | None = None) -> Worl
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # gymnasium warns of versions that it then refuses
-            env: Env = gymnasium.make(env_id, render_mode=render_mode, disable_env_checker=True)
+            name = EXACT_ID if engine == "exact" and is_lander(env_id) else env_id
+            env: Env = gymnasium.make(name, render_mode=render_mode, disable_env_checker=True)
     except (gymnasium.error.Error, ImportError, AttributeError, TypeError, ValueError) as error:
         raise UserError(f"env_id {env_id!r}: cannot be made: {one_line(error)}") from None
     observation, action = env.observation_space, env.action_space

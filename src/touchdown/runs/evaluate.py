@@ -1,13 +1,15 @@
 """Flying a pilot greedily from many starts."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from touchdown.lander import env as lander
-from touchdown.types import Outcome, Pilot
+from touchdown.lander.slots import make_slots
+from touchdown.types import FloatArray, Outcome, Pilot
 
 SLOTS = 32  # environments flown side by side: enough to share the cost of a network's call
 
@@ -29,21 +31,24 @@ class EpisodeResult:
 
 
 class Fleet:
-    """Environments kept ready to fly many starts.
+    """Worlds kept ready to fly many starts.
 
     Args:
         env_id: Gymnasium's id.
-        slots: environments flown side by side; no result depends on it.
+        slots: worlds flown side by side; no result depends on it.
+        engine: what flies the lander; results are the same to the last bit.
     """
 
-    def __init__(self, env_id: str, slots: int = SLOTS) -> None:
+    def __init__(
+        self, env_id: str, slots: int = SLOTS, engine: lander.Engine = "gymnasium"
+    ) -> None:
         self._env_id = env_id
-        self._worlds = [lander.make(env_id) for _ in range(slots)]
+        self._count = slots
+        self._slots = make_slots(env_id, slots, engine)
 
     def close(self) -> None:
-        """Give the environments back."""
-        for world in self._worlds:
-            world.env.close()
+        """Give the worlds back."""
+        self._slots.close()
 
     def fly(
         self,
@@ -60,53 +65,57 @@ class Fleet:
         """
         results: dict[int, EpisodeResult] = {}
         waiting = iter(enumerate(starts))
-        flying: list[_Slot] = []
-        for world in self._worlds:
-            slot = _Slot(world.env)
-            if slot.begin(waiting):
-                flying.append(slot)
+        flying: list[_Episode] = []
+        for slot, (index, seed) in zip(range(self._count), waiting, strict=False):
+            flying.append(_Episode(slot, index, seed, self._slots.reset(slot, seed)))
         while flying:
-            actions = pilot.act(np.stack([slot.observation for slot in flying]))
-            landed_any = False
-            for slot, action in zip(flying, actions.tolist(), strict=True):
-                if slot.step(action):
-                    results[slot.index] = slot.result(self._env_id)
-                    on_episode()
-                    slot.busy = slot.begin(waiting)
-                    landed_any |= not slot.busy
-            if landed_any:
-                flying = [slot for slot in flying if slot.busy]
+            actions = pilot.act(np.stack([episode.observation for episode in flying]))
+            steps = self._slots.step([episode.slot for episode in flying], actions)
+            still: list[_Episode] = []
+            for episode, action, observation, reward, terminated, truncated in zip(
+                flying, actions.tolist(), steps.observations, *map(_listed, steps[1:]), strict=True
+            ):
+                episode.add(action, observation, reward)
+                if not (terminated or truncated):
+                    still.append(episode)
+                    continue
+                results[episode.index] = episode.result(self._env_id, terminated=terminated)
+                on_episode()
+                for index, seed in waiting:
+                    first = self._slots.reset(episode.slot, seed)
+                    still.append(_Episode(episode.slot, index, seed, first))
+                    break
+            flying = still
         return [results[index] for index in range(len(starts))]
 
 
-class _Slot:
-    """One environment of a fleet and the episode that it flies."""
+def _listed(values: NDArray[Any]) -> list[Any]:
+    return values.tolist()
 
-    def __init__(self, env: lander.Env) -> None:
-        self._env = env
-        self.busy = True
 
-    def begin(self, waiting: Iterator[tuple[int, int]]) -> bool:
-        """Reset to the next start; False when none is left."""
-        for self.index, self._seed in waiting:
-            self.observation, _ = self._env.reset(seed=self._seed)
-            self._actions: list[int] = []
-            self._return = 0.0
-            return True
-        return False
+class _Episode:
+    """One episode under way, in one slot of a fleet."""
 
-    def step(self, action: int) -> bool:
-        """One step; True when the episode has ended."""
-        self.observation, reward, terminated, truncated, _ = self._env.step(action)
+    def __init__(self, slot: int, index: int, seed: int, observation: FloatArray) -> None:
+        self.slot = slot
+        self.index = index
+        self.observation = observation
+        self._seed = seed
+        self._actions: list[int] = []
+        self._return = 0.0
+        self._last_reward = 0.0
+
+    def add(self, action: int, observation: FloatArray, reward: float) -> None:
+        """One step."""
+        self.observation = observation
         self._actions.append(action)
-        self._return += float(reward)
-        self._last_reward, self._terminated = float(reward), bool(terminated)
-        return bool(terminated or truncated)
+        self._return += reward
+        self._last_reward = reward
 
-    def result(self, env_id: str) -> EpisodeResult:
-        """The episode that has just ended."""
+    def result(self, env_id: str, *, terminated: bool) -> EpisodeResult:
+        """The episode, which has just ended."""
         outcome = lander.outcome_of(
-            env_id, self.observation, self._last_reward, terminated=self._terminated
+            env_id, self.observation, self._last_reward, terminated=terminated
         )
         fuel = lander.fuel_of(np.asarray(self._actions)) if lander.is_lander(env_id) else 0.0
         return EpisodeResult(self._seed, self._return, len(self._actions), outcome, fuel)

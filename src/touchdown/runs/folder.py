@@ -14,6 +14,7 @@ from touchdown import config as configs
 from touchdown import device, files
 from touchdown.config import Config
 from touchdown.errors import UserError
+from touchdown.lander.env import engine_in_use, is_lander
 
 FORMAT_VERSION = 1
 CONTROLLERS = ("pid", "heuristic", "random")
@@ -189,6 +190,7 @@ def _provenance(config: Config) -> dict[str, object]:
         "cpus_available": len(os.sched_getaffinity(0))
         if hasattr(os, "sched_getaffinity")
         else os.cpu_count(),
+        "engine": engine_in_use() if is_lander(config.env_id) else "gymnasium",
         "device": device.chosen(),
         "threads": 1 if device.chosen() == "cpu" else None,
     }

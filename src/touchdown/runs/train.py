@@ -91,7 +91,8 @@ class Trainer:
     def _open(self, resources: ExitStack) -> None:
         """Make the agent and the world, go on from the last checkpoint, and open the records."""
         folder, config = self._folder, self._config
-        self._world = lander.make(config.env_id)
+        engine = lander.engine_in_use()
+        self._world = lander.make(config.env_id, engine=engine)
         resources.callback(self._world.env.close)
         self._streams = streams(config.seed)
         spaces = Spaces(self._world.observation_size, self._world.num_actions)
@@ -107,7 +108,7 @@ class Trainer:
             self._check_records()
         self._recorder = Recorder(folder, self._progress.record_sizes)
         resources.callback(self._recorder.close)
-        self._fleet = Fleet(config.env_id)
+        self._fleet = Fleet(config.env_id, engine=engine)
         resources.callback(self._fleet.close)
         rows = files.read_jsonl(folder.episodes, ("episode_return", "outcome"))[-RECENT:]
         self._recent_returns = [float(row["episode_return"]) for row in rows]

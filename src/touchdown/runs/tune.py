@@ -9,7 +9,7 @@ import tomli_w
 
 from touchdown.control.pid import PIDConfig, PIDPilot, Rule
 from touchdown.control.twiddle import twiddle
-from touchdown.lander.env import LANDER_IDS
+from touchdown.lander.env import LANDER_IDS, engine_in_use
 from touchdown.runs.evaluate import Fleet
 from touchdown.seeding import tuning_starts
 
@@ -23,6 +23,7 @@ HAND_PICKED = PIDConfig(
     dead_band=0.05,
 )
 """Where Twiddle starts from: signs by physics, sizes by eye."""
+_SLOTS = 256  # worlds side by side: a controller's arithmetic costs nothing beside the calls
 _FIRST_STEPS = (0.2, 0.2, 0.2, 0.2, 0.02)
 
 
@@ -57,7 +58,7 @@ def tune_pid(
         begin: gains and dead band to begin from; its rule does not count.
     """
     flown = tuning_starts(seed, starts)
-    fleet = Fleet(LANDER_IDS[0])
+    fleet = Fleet(LANDER_IDS[0], min(starts, _SLOTS), engine_in_use())
 
     def config_of(point: tuple[float, ...]) -> PIDConfig:
         values = dict(zip(TUNED, point, strict=True))

@@ -1,0 +1,110 @@
+"""Worlds side by side, each reset and stepped when its time comes: stock's or the engine's."""
+
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchdown.lander import env as lander
+from touchdown.lander.env import Engine
+from touchdown.types import FloatArray, IntArray
+
+
+class Steps(NamedTuple):
+    """What came of one step of n worlds."""
+
+    observations: FloatArray  # [n, D]
+    rewards: FloatArray  # [n]
+    terminated: NDArray[np.bool_]  # [n]
+    truncated: NDArray[np.bool_]  # [n]
+
+
+class Slots(Protocol):
+    """Worlds by number, from 0."""
+
+    def reset(self, slot: int, seed: int) -> FloatArray:
+        """Start an episode; gives its first observation, [D]."""
+        ...
+
+    def step(self, slots: Sequence[int], actions: IntArray) -> Steps:
+        """One step of some of the worlds, in the order of `slots`, which rises."""
+        ...
+
+    def close(self) -> None:
+        """Give the worlds back."""
+        ...
+
+
+def make_slots(env_id: str, count: int, engine: Engine) -> Slots:
+    """So many worlds; the exact engine's if it is asked for and flies that world.
+
+    Raises:
+        UserError: there is no such world, or it cannot be made.
+    """
+    if engine == "exact" and lander.is_lander(env_id):
+        return _ExactSlots(count)
+    return _StockSlots(env_id, count)
+
+
+class _StockSlots:
+    def __init__(self, env_id: str, count: int) -> None:
+        self._envs = [lander.make(env_id).env for _ in range(count)]
+
+    def reset(self, slot: int, seed: int) -> FloatArray:
+        return self._envs[slot].reset(seed=seed)[0]
+
+    def step(self, slots: Sequence[int], actions: IntArray) -> Steps:
+        stepped = [
+            self._envs[slot].step(action)[:4]
+            for slot, action in zip(slots, actions.tolist(), strict=True)
+        ]
+        observations, rewards, terminated, truncated = zip(*stepped, strict=True)
+        return Steps(
+            np.stack(observations),
+            np.array(rewards, float),
+            np.array(terminated, bool),
+            np.array(truncated, bool),
+        )
+
+    def close(self) -> None:
+        for env in self._envs:
+            env.close()
+
+
+class _ExactSlots:
+    def __init__(self, count: int) -> None:
+        # where the engine was not built there is nothing to import
+        from touchdown.lander.engine import Batch  # noqa: PLC0415
+
+        self._batch = Batch(count)
+        self._actions = np.zeros(count, np.int64)
+        self._observations = np.zeros((count, 8), np.float32)
+        self._rewards = np.zeros(count)
+        self._terminated = np.zeros(count, np.bool_)
+        self._active = np.zeros(count, np.bool_)
+        self._steps = np.zeros(count, np.int64)
+
+    def reset(self, slot: int, seed: int) -> FloatArray:
+        self._batch.reset(slot, seed, self._observations[slot])
+        self._steps[slot] = 0
+        return self._observations[slot].copy()
+
+    def step(self, slots: Sequence[int], actions: IntArray) -> Steps:
+        chosen = np.asarray(slots)
+        self._active[:] = False
+        self._active[chosen] = True
+        self._actions[chosen] = actions
+        self._batch.step(
+            self._actions, self._observations, self._rewards, self._terminated, self._active
+        )
+        self._steps[chosen] += 1
+        return Steps(
+            self._observations[chosen],
+            self._rewards[chosen],
+            self._terminated[chosen],
+            self._steps[chosen] >= lander.MAX_EPISODE_STEPS,
+        )
+
+    def close(self) -> None:
+        """The engine holds nothing but memory."""

@@ -1,0 +1,140 @@
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+
+from touchdown.lander.engine import simd
+from touchdown.lander.vector import LanderEnv, LanderVectorEnv
+
+WINDY = {"continuous": True, "enable_wind": True}
+
+
+def actions_of(rng: np.random.Generator, count: int, settings: dict) -> np.ndarray:
+    if settings:
+        return rng.uniform(-1.3, 1.3, (count, 2)).astype(np.float32)
+    return rng.integers(0, 4, count)
+
+
+@pytest.mark.parametrize("settings", [{}, WINDY], ids=["discrete", "continuous with wind"])
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+def test_many_landers_are_stock_landers_byte_for_byte(mode: AutoresetMode, settings: dict):
+    count = 21  # fills no number of lanes
+    stock = SyncVectorEnv(
+        [lambda: gymnasium.make("LunarLander-v3", **settings)] * count, autoreset_mode=mode
+    )
+    ours = LanderVectorEnv(count, autoreset_mode=mode, **settings)
+    assert ours.observation_space == stock.observation_space
+    assert ours.action_space == stock.action_space
+    assert ours.reset(seed=7)[0].tobytes() == stock.reset(seed=7)[0].tobytes()
+    rng = np.random.default_rng(0)
+    ends = 0
+    for _ in range(150):
+        actions = actions_of(rng, count, settings)
+        theirs, mine = stock.step(actions), ours.step(actions)
+        for a, b in zip(theirs[:4], mine[:4], strict=True):
+            assert a.dtype == b.dtype
+            assert a.tobytes() == b.tobytes()
+        assert theirs[4].keys() == mine[4].keys()
+        for i in np.flatnonzero(mine[4].get("_final_obs", [])):
+            assert theirs[4]["final_obs"][i].tobytes() == mine[4]["final_obs"][i].tobytes()
+        ended = mine[2] | mine[3]
+        ends += int(ended.sum())
+        if mode == AutoresetMode.DISABLED and ended.any():
+            with pytest.raises(ValueError, match="must be reset"):
+                ours.step(actions)
+            break
+    stock.close()
+    assert ends > 0
+
+
+def test_the_time_limit_truncates_as_stock_s_does():
+    envs = [LanderVectorEnv(1, max_episode_steps=30), LanderVectorEnv(1)]
+    for env in envs:
+        env.reset(seed=3)
+    ends = [[env.step(np.array([0]))[3][0] for _ in range(30)] for env in envs]
+    assert ends == [[False] * 29 + [True], [False] * 30]
+
+
+@pytest.mark.filterwarnings("ignore")  # the checker also warns of what stock does
+@pytest.mark.parametrize("env_id", ["LunarLander-v3", "LunarLanderContinuous-v3"])
+def test_gymnasium_s_checker_finds_nothing(env_id: str):
+    env = gymnasium.make(f"touchdown/{env_id}")
+    check_env(env.unwrapped, skip_render_check=True)
+    env.close()
+
+
+def test_gymnasium_makes_it_by_its_id_one_or_many():
+    stock, ours = gymnasium.make("LunarLander-v3"), gymnasium.make("touchdown/LunarLander-v3")
+    assert ours.spec is not None
+    assert (ours.spec.max_episode_steps, ours.spec.reward_threshold) == (1_000, 200)
+    assert stock.reset(seed=1)[0].tobytes() == ours.reset(seed=1)[0].tobytes()
+    for action in (2, 0, 3, 1, np.int64(2)):
+        theirs, mine = stock.step(action), ours.step(action)
+        assert theirs[0].tobytes() == mine[0].tobytes()
+        assert theirs[1:] == mine[1:]
+    many = gymnasium.make_vec(
+        "touchdown/LunarLander-v3", num_envs=3, vectorization_mode="vector_entry_point"
+    )
+    assert isinstance(many.unwrapped, LanderVectorEnv)
+    assert many.reset(seed=1)[0][0].tobytes() == stock.reset(seed=1)[0].tobytes()
+
+
+def test_a_snapshot_goes_on_mid_flight_generator_and_clock_included():
+    env = LanderVectorEnv(3, max_episode_steps=40)
+    env.reset(seed=5)
+    rng = np.random.default_rng(1)
+    for _ in range(25):
+        env.step(rng.integers(0, 4, 3))
+    saved = [env.snapshot(i) for i in range(3)]
+    plan = rng.integers(0, 4, (60, 3))
+    first = [env.step(actions) for actions in plan]
+    assert any(step[3].any() for step in first)
+    for i, snapshot in enumerate(saved):
+        env.restore(i, snapshot)
+    for actions, before in zip(plan, first, strict=True):
+        for a, b in zip(before[:4], env.step(actions)[:4], strict=True):
+            assert a.tobytes() == b.tobytes()
+
+
+def test_what_flies_in_a_lane_does_not_depend_on_its_neighbours():
+    many, few = LanderVectorEnv(50), LanderVectorEnv(2)
+    many.reset(seed=0)
+    few.reset(seed=[33, 8])
+    rng = np.random.default_rng(2)
+    for _ in range(120):
+        actions = rng.integers(0, 4, 50)
+        wide, narrow = many.step(actions), few.step(actions[[33, 8]])
+        for a, b in zip(wide[:4], narrow[:4], strict=True):
+            assert a[[33, 8]].tobytes() == b.tobytes()
+
+
+def test_the_instruction_set_has_a_name():
+    assert simd() in {"avx512", "avx2", "baseline"}
+
+
+def test_nonsense_is_refused_and_named():
+    with pytest.raises(ValueError, match="num_envs = 0: must be at least 1"):
+        LanderVectorEnv(0)
+    with pytest.raises(ValueError, match=r"gravity = -12\.0"):
+        LanderVectorEnv(1, gravity=-12.0)
+    with pytest.raises(ValueError, match="render_mode 'human'"):
+        LanderEnv("human")
+    env = LanderVectorEnv(2)
+    with pytest.raises(RuntimeError, match="reset environment 0"):
+        env.step(np.array([0, 0]))
+    with pytest.raises(ValueError, match="seed has 3 entries, must have 2"):
+        env.reset(seed=[1, 2, 3])
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match=r"actions\[1\] = 4: must be a whole number from 0 to 3"):
+        env.step(np.array([0, 4]))
+    with pytest.raises(ValueError, match=r"actions are float64\(2,\), must be int64\(2,\)"):
+        env.step(np.array([0.0, 1.0]))
+    with pytest.raises(ValueError, match=r"actions are int64\(3,\)"):
+        env.step(np.array([0, 1, 2]))
+    with pytest.raises(ValueError, match="snapshot"):
+        env.restore(0, b"x" * 100)
+    windy = LanderVectorEnv(1, **WINDY)
+    windy.reset(seed=0)
+    with pytest.raises(ValueError, match=r"actions\[0\] is not a number"):
+        windy.step(np.array([[np.nan, 0.0]], np.float32))
