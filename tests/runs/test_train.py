@@ -307,3 +307,14 @@ def test_two_trainers_never_share_a_run(tmp_path):
         Trainer(folder)
     first.close()
     Trainer(folder).close()
+
+
+def test_a_run_on_stock_gymnasium_is_the_same_run(tmp_path, monkeypatch):
+    config = replace(small_config(), env_id="LunarLander-v3")
+    runs: list[RunFolder] = []
+    for engine in ("exact", "gymnasium"):
+        monkeypatch.setattr("touchdown.lander.env._chosen", [engine])
+        runs.append(folders.create(tmp_path, config, engine))
+        train(runs[-1])
+        assert files.read_json(runs[-1].provenance)["engine"] == engine
+    assert_same_run(*runs)
