@@ -15,6 +15,7 @@ LANDER_IDS = ("LunarLander-v3",)
 EXACT_ID = "touchdown/LunarLander-v3"
 Engine = Literal["exact", "gymnasium"]
 MAX_EPISODE_STEPS = 1_000
+OBSERVATION_SIZE = 8
 MAIN_ENGINE_COST = 0.3  # return points a step, gymnasium's lunar_lander.py
 SIDE_ENGINE_COST = 0.03
 IDLE, LEFT_ENGINE, MAIN_ENGINE, RIGHT_ENGINE = range(4)

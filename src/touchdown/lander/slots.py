@@ -79,7 +79,7 @@ class _ExactSlots:
 
         self._batch = Batch(count)
         self._actions = np.zeros(count, np.int64)
-        self._observations = np.zeros((count, 8), np.float32)
+        self._observations = np.zeros((count, lander.OBSERVATION_SIZE), np.float32)
         self._rewards = np.zeros(count)
         self._terminated = np.zeros(count, np.bool_)
         self._active = np.zeros(count, np.bool_)

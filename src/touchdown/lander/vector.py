@@ -11,10 +11,8 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from touchdown.lander.engine import Batch
-from touchdown.lander.env import MAX_EPISODE_STEPS
+from touchdown.lander.env import MAX_EPISODE_STEPS, OBSERVATION_SIZE
 from touchdown.types import FloatArray
-
-OBSERVATION_SIZE = 8
 
 # as stock's: the observation's units are half viewports, and so on; see gymnasium's lunar_lander.py
 _HIGH = np.array([2.5, 2.5, 10, 10, 2 * np.pi, 10, 1, 1], np.float32)

@@ -2,10 +2,8 @@
 // in a namespace of its own, so that no function of a wider set is ever linked into a narrower one.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstring>
 #include <span>
 
 #include "lane_solver.hpp"

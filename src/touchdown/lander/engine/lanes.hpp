@@ -4,8 +4,6 @@
 // each rounded as a float is, and `?:` selects lane by lane.
 #pragma once
 
-#include <cstdint>
-
 #if defined(__x86_64__)
 #include <immintrin.h>
 #endif
@@ -15,7 +13,6 @@ namespace touchdown {
 template <int W>
 struct Lanes {
   typedef float Float __attribute__((vector_size(W * 4)));
-  typedef std::int32_t Mask __attribute__((vector_size(W * 4)));
 };
 
 template <int W>
