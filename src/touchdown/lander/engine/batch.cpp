@@ -1,97 +1,57 @@
 #include "batch.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstdint>
-#include <memory>
+#include <atomic>
+#include <thread>
 #include <vector>
-
-#include "lane_solver.hpp"
 
 namespace touchdown {
 
-namespace {
+void step(std::span<Lander> landers, std::span<const Throttle> throttles,
+          std::span<const Task> tasks, const Results& results, std::span<LaneQueue> queues) {
+  constexpr std::size_t chunk = 64;  // landers that a thread takes at a time
+  std::atomic<std::size_t> next{0};
 
-// Small enough to stay in the second-level cache, large enough to fill lanes with rows alike.
-constexpr std::size_t kBlock = 128;
-
-// Says all that has to be alike to be solved in lanes; 0 for rows that have too many contacts.
-std::uint64_t layout_of(const VelocityRows& rows) {
-  if (rows.num_contacts > kMostLaneContacts) return 0;
-  std::uint64_t layout = 1;
-  for (const auto& joint : rows.joints) {
-    layout = layout << 3 | static_cast<std::uint64_t>(joint.leg) << 1 |
-             static_cast<std::uint64_t>(joint.at_stop);
-  }
-  for (int i = 0; i < rows.num_contacts; ++i) {
-    const auto& contact = rows.contacts[static_cast<std::size_t>(i)];
-    layout = layout << 4 | static_cast<std::uint64_t>(contact.body) << 2 |
-             static_cast<std::uint64_t>(contact.num_points);
-  }
-  return layout;
-}
-
-struct Ordered {
-  std::uint64_t layout;
-  VelocityRows* rows;
-};
-
-void solve(std::span<Ordered> all) {
-  std::sort(all.begin(), all.end(), [](const Ordered& a, const Ordered& b) {
-    return a.layout != b.layout ? a.layout < b.layout : a.rows < b.rows;
-  });
-  const Kernel& lanes = kernel();
-  std::array<VelocityRows*, kBlock> alike;
-  for (std::size_t first = 0; first < all.size();) {
-    if (all[first].layout == 0) {
-      iterate_velocities(*all[first++].rows);
-      continue;
-    }
-    std::size_t count = 0;
-    const std::uint64_t layout = all[first].layout;
-    while (first < all.size() && all[first].layout == layout &&
-           count < static_cast<std::size_t>(lanes.lanes)) {
-      alike[count++] = all[first++].rows;
-    }
-    lanes.solve({alike.data(), count});
-  }
-}
-
-void step_block(std::span<Lander> landers, std::span<const Throttle> throttles,
-                std::span<const unsigned char> active, const Results& results,
-                std::vector<Solving>& solving) {
-  std::array<bool, kBlock> solves;
-  std::array<Ordered, kBlock> ordered;
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < landers.size(); ++i) {
-    if (active[i] == 0) continue;
-    solves[i] = begin_step(landers[i], throttles[i], solving[i]);
-    if (solves[i]) ordered[count++] = {layout_of(solving[i].rows), &solving[i].rows};
-  }
-  solve({ordered.data(), count});
-  for (std::size_t i = 0; i < landers.size(); ++i) {
-    if (active[i] == 0) continue;
-    const Transition transition = finish_step(landers[i], solves[i], solving[i]);
+  const auto finish = [&](std::size_t i, bool solved, Solving& solving) {
+    const bool begins = tasks[i] == Task::kBegin;
+    const Transition transition = finish_step(landers[i], solved, solving);
     std::copy(transition.observation.begin(), transition.observation.end(),
               results.observations + i * kObservationSize);
-    results.rewards[i] = transition.reward;
-    results.terminated[i] = transition.terminated;
-  }
-}
+    results.rewards[i] = begins ? 0.0 : transition.reward;
+    results.terminated[i] = !begins && transition.terminated;
+  };
+  const auto finish_pending = [&](Pending& pending) {
+    finish(pending.index, true, pending.solving);
+  };
+  const auto begin = [&](std::size_t i, LaneQueue& queue) {
+    if (tasks[i] == Task::kNothing) return;
+    Pending& pending = queue.take();
+    pending.index = i;
+    Solving& solving = pending.solving;
+    const bool solves = tasks[i] == Task::kBegin ? begin_episode(landers[i], solving)
+                                                 : begin_step(landers[i], throttles[i], solving);
+    if (solves) {
+      queue.add(pending, finish_pending);
+    } else {
+      finish(i, false, solving);
+      queue.give_back(pending);
+    }
+  };
+  const auto work = [&](LaneQueue& queue) {
+    for (std::size_t first = next.fetch_add(chunk); first < landers.size();
+         first = next.fetch_add(chunk)) {
+      const std::size_t end = std::min(first + chunk, landers.size());
+      for (std::size_t i = first; i < end; ++i) begin(i, queue);
+    }
+    queue.flush(finish_pending);
+  };
 
-}  // namespace
-
-void step(std::span<Lander> landers, std::span<const Throttle> throttles,
-          std::span<const unsigned char> active, const Results& results) {
-  thread_local std::vector<Solving> solving(kBlock);
-  for (std::size_t first = 0; first < landers.size(); first += kBlock) {
-    const std::size_t count = std::min(kBlock, landers.size() - first);
-    step_block(landers.subspan(first, count), throttles.subspan(first, count),
-               active.subspan(first, count),
-               {results.observations + first * kObservationSize, results.rewards + first,
-                results.terminated + first},
-               solving);
+  const std::size_t num_threads = std::min(queues.size(), (landers.size() + chunk - 1) / chunk);
+  std::vector<std::jthread> others;
+  for (std::size_t i = 1; i < num_threads; ++i) {
+    others.emplace_back([&work, &queue = queues[i]] { work(queue); });
   }
+  work(queues.front());
 }
 
 }  // namespace touchdown

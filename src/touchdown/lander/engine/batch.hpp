@@ -2,23 +2,29 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
 #include "lander.hpp"
+#include "lane_queue.hpp"
 
 namespace touchdown {
 
-// Where a batch's results go: one row an environment, each written in place.
+// What to do with a lander in a step of the batch.
+enum class Task : std::uint8_t { kNothing, kStep, kBegin };
+inline constexpr std::uint8_t kNumTasks = 3;
+
+// Where a batch's results go: one row an environment, each written in place. An episode that begins
+// has a reward of 0; the rows of landers with nothing to do stay as they are.
 struct Results {
   float* observations;  // [N, 8]
   double* rewards;      // [N]
   bool* terminated;     // [N]
 };
 
-// Steps landers one after the other in blocks, sorting each block's rows by their layout, so that
-// what is solved side by side is alike. `throttles` has one entry a lander; `active` says which of
-// them to step. Results do not depend on who else is in the batch.
+// Gives each lander its task. `throttles` and `tasks` have one entry a lander, and every queue gets a
+// thread of its own. Results depend neither on who else is in the batch nor on the threads.
 void step(std::span<Lander> landers, std::span<const Throttle> throttles,
-          std::span<const unsigned char> active, const Results& results);
+          std::span<const Task> tasks, const Results& results, std::span<LaneQueue> queues);
 
 }  // namespace touchdown

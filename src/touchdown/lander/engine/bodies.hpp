@@ -148,12 +148,12 @@ inline void advance_start(Sweep& sweep, float time) {
 inline Transform transform_at(const Sweep& sweep, Vec2 local_center, float beta) {
   const Vec2 center = (1.0f - beta) * sweep.start_center + beta * sweep.center;
   const float angle = (1.0f - beta) * sweep.start_angle + beta * sweep.angle;
-  return transform_about(center, angle, local_center);
+  return transform_about(center, rotation(angle), local_center);
 }
 
 struct Body {
   Sweep sweep;
-  Transform transform;
+  Transform transform;  // its rotation is always that of the sweep's angle
   Vec2 velocity;  // of the centre of mass
   float spin;     // radians a second
   Vec2 force;     // gathered for the next step
@@ -179,7 +179,7 @@ inline void put_to_sleep(Body& body) {
 }
 
 inline void place_transform(Body& body, Vec2 local_center) {
-  body.transform = transform_about(body.sweep.center, body.sweep.angle, local_center);
+  body.transform = transform_about(body.sweep.center, rotation(body.sweep.angle), local_center);
 }
 
 inline constexpr float kBoxMargin = 0.1f;

@@ -5,6 +5,7 @@
 // everything that walks over them starts with the newest.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -86,6 +87,10 @@ inline bool has_contact(const Contacts& contacts, int edge, int body) {
 // Adds the pairs whose boxes have come to overlap.
 inline void find_new(Contacts& contacts, const Terrain& terrain,
                      std::array<Body, kNumBodies>& bodies) {
+  const bool all_above =
+      std::all_of(bodies.begin(), bodies.end(),
+                  [&](const Body& body) { return body.fat_box.lower.y > terrain.top; });
+  if (all_above) return;
   for (int edge = 0; edge < kNumEdges; ++edge) {
     for (int body = 0; body < kNumBodies; ++body) {
       if (!overlap(terrain.edges[edge].fat_box, bodies[body].fat_box)) continue;
@@ -124,10 +129,8 @@ inline void update_all(Contacts& contacts, const Terrain& terrain,
   }
 }
 
-// Stretches a body's box over its way through the step, and ahead of it, once it has left the box.
-inline void move_box(Body& body, const Shape& shape) {
-  const Transform start =
-      transform_about(body.sweep.start_center, body.sweep.start_angle, shape.local_center);
+// Stretches a body's box over its way from `start`, and ahead of it, once it has left the box.
+inline void move_box(Body& body, const Shape& shape, const Transform& start) {
   const Box swept = around(bounding_box(shape, start), bounding_box(shape, body.transform));
   if (contains(body.fat_box, swept)) return;
   body.fat_box = grown(swept, kBoxMargin);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 
 #include "bodies.hpp"
 #include "contacts.hpp"
@@ -51,6 +52,22 @@ inline Impact find_impact(World& world) {
   return first;
 }
 
+// An iteration that has changed nothing will be followed by none that does.
+inline void iterate_until_still(std::array<ContactRow, kNumEdges>& rows, int count,
+                                Velocities& velocities) {
+  Velocity& body = velocities[rows[0].body];
+  for (int iteration = 0; iteration < kVelocityIterations; ++iteration) {
+    const Velocity before = body;
+    bool same = true;
+    for (int i = 0; i < count; ++i) {
+      const auto points = rows[i].points;
+      iterate_velocity(rows[i], velocities);
+      same = same && std::memcmp(&points, &rows[i].points, sizeof(points)) == 0;
+    }
+    if (same && std::memcmp(&before, &body, sizeof(before)) == 0) return;
+  }
+}
+
 // Goes on from the impact to the end of the step with this body and its contacts alone: the joints
 // have to wait for the next step.
 inline void solve_impact(World& world, int contact_index, float time) {
@@ -70,7 +87,8 @@ inline void solve_impact(World& world, int contact_index, float time) {
 
   Poses poses;
   Velocities velocities;
-  poses[index] = {body.sweep.center, body.sweep.angle};
+  Pose& pose = poses[index];
+  pose = pose_at(body.sweep.center, body.sweep.angle, body.transform.rotation);
   velocities[index] = {body.velocity, body.spin};
   std::array<ContactPositionRow, kNumEdges> position_rows;
   for (int i = 0; i < count; ++i) position_rows[i] = prepare_position(contacts[touching[i]]);
@@ -82,25 +100,24 @@ inline void solve_impact(World& world, int contact_index, float time) {
     }
     if (least >= -1.5f * kLinearSlop) break;
   }
-  body.sweep.start_center = poses[index].center;
-  body.sweep.start_angle = poses[index].angle;
+  body.sweep.start_center = pose.center;
+  body.sweep.start_angle = pose.angle;
+  const Transform start = transform_of(pose, shape.local_center);
 
   std::array<ContactRow, kNumEdges> rows;
   for (int i = 0; i < count; ++i) {
     rows[i] = prepare(contacts[touching[i]], world.terrain, poses, false);
   }
-  for (int iteration = 0; iteration < kVelocityIterations; ++iteration) {
-    for (int i = 0; i < count; ++i) iterate_velocity(rows[i], velocities);
-  }
+  iterate_until_still(rows, count, velocities);
   // These impulses may be huge, so they are not kept for the next step.
 
-  integrate(poses[index], velocities[index], (1.0f - time) * kTimeStep);
-  body.sweep.center = poses[index].center;
-  body.sweep.angle = poses[index].angle;
+  integrate(pose, velocities[index], (1.0f - time) * kTimeStep);
+  body.sweep.center = pose.center;
+  body.sweep.angle = pose.angle;
   body.velocity = velocities[index].linear;
   body.spin = velocities[index].angular;
-  place_transform(body, shape.local_center);
-  move_box(body, shape);
+  body.transform = transform_of(pose, shape.local_center);
+  move_box(body, shape, start);
   for (int i = 0; i < world.contacts.count; ++i) {
     if (contacts[i].body == index) contacts[i].impact_known = 0;
   }

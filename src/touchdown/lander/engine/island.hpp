@@ -60,7 +60,7 @@ inline void prepare(Rows& rows, World& world, const Island& island) {
     const Body& body = world.bodies[i];
     const Shape& shape = kShapes[i];
     const Vec2 push = Vec2{0.0f, world.gravity} + shape.inverse_mass * body.force;
-    rows.poses[i] = {body.sweep.center, body.sweep.angle};
+    rows.poses[i] = pose_at(body.sweep.center, body.sweep.angle, body.transform.rotation);
     rows.velocities[i] = {body.velocity + kTimeStep * push,
                           body.spin + kTimeStep * shape.inverse_inertia * body.torque};
   }
@@ -99,20 +99,25 @@ inline int iterate_positions(Rows& rows) {
   return kPositionIterations + 1;
 }
 
-inline void write_back(const Rows& rows, World& world, const Island& island) {
+inline void write_back(Rows& rows, World& world, const Island& island) {
   for (int i = 0; i < rows.num_contacts; ++i) {
     write_back(rows.contacts[i], world.contacts.items[island.contacts[i]].manifold);
   }
   for (const JointRow& row : rows.joints) write_back(row, world.joints[row.leg - kLeg0]);
   for (int i = 0; i < kNumBodies; ++i) {
     Body& body = world.bodies[i];
+    const Shape& shape = kShapes[i];
+    // Not the transform that it has: a body that was just made has another one, by a rounding.
+    const Transform start =
+        transform_about(body.sweep.center, body.transform.rotation, shape.local_center);
     body.sweep.start_center = body.sweep.center;
     body.sweep.start_angle = body.sweep.angle;
     body.sweep.center = rows.poses[i].center;
     body.sweep.angle = rows.poses[i].angle;
     body.velocity = rows.velocities[i].linear;
     body.spin = rows.velocities[i].angular;
-    place_transform(body, kShapes[i].local_center);
+    body.transform = transform_of(rows.poses[i], shape.local_center);
+    move_box(body, shape, start);
   }
 }
 
@@ -143,7 +148,7 @@ inline void count(const Rows& rows, Coverage& coverage) {
     const int num_points = rows.contact_positions[i].num_points;
     ++(num_points == 1 ? coverage.one_point_manifolds : coverage.two_point_manifolds);
     if (row.num_points < num_points) ++coverage.redundant_points;
-    for (int j = 0; j < kNumBlockCases; ++j) coverage.block_cases[j] += row.cases_seen >> j & 1u;
+    for (int j = 0; j < kNumBlockCases; ++j) coverage.block_cases[j] += row.cases_seen >> j & 1;
   }
 }
 
@@ -176,7 +181,6 @@ inline void finish_solve(World& world, Solving& solving, Coverage& coverage) {
   coverage.all_position_iterations += num_iterations >= kPositionIterations;
   count(rows, coverage);
   coverage.fell_asleep += rest(world.bodies, num_iterations <= kPositionIterations);
-  for (int i = 0; i < kNumBodies; ++i) move_box(world.bodies[i], kShapes[i]);
   find_new(world.contacts, world.terrain, world.bodies);
 }
 

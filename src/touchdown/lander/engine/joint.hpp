@@ -55,18 +55,17 @@ inline const std::array<JointShape, kNumLegs> kJointShapes = {make_joint_shape(k
 using JointRow = BasicJointRow<float>;
 
 // Sets up the row where the bodies now are, and applies last step's impulses once more.
-inline JointRow prepare(Joint& joint, const JointShape& shape, const Poses& poses,
-                        Velocities& velocities) {
+inline JointRow prepare(Joint& joint, const JointShape& shape, Poses& poses, Velocities& velocities) {
   JointRow row{};
   row.leg = shape.leg;
   const float ma = row.hull_inverse_mass = kShapes[kHull].inverse_mass;
   const float mb = row.leg_inverse_mass = kShapes[shape.leg].inverse_mass;
   const float ia = row.hull_inverse_inertia = kShapes[kHull].inverse_inertia;
   const float ib = row.leg_inverse_inertia = kShapes[shape.leg].inverse_inertia;
-  const Pose& hull = poses[kHull];
-  const Pose& leg = poses[shape.leg];
-  const Vec2 ra = row.hull_arm = rotate(rotation(hull.angle), shape.hull_anchor);
-  const Vec2 rb = row.leg_arm = rotate(rotation(leg.angle), shape.leg_anchor);
+  Pose& hull = poses[kHull];
+  Pose& leg = poses[shape.leg];
+  const Vec2 ra = row.hull_arm = rotate(rotation(hull), shape.hull_anchor);
+  const Vec2 rb = row.leg_arm = rotate(rotation(leg), shape.leg_anchor);
 
   row.xx = ma + mb + ra.y * ra.y * ia + rb.y * rb.y * ib;
   row.xy = -ra.y * ra.x * ia - rb.y * rb.x * ib;
@@ -117,8 +116,8 @@ inline void write_back(const JointRow& row, Joint& joint) {
 // Moves the bodies towards each other where the hinge has drifted apart or gone past its stop.
 // Says whether the error was small already.
 inline bool iterate_position(const JointRow& row, const JointShape& shape, Poses& poses) {
-  Pose a = poses[kHull];
-  Pose b = poses[row.leg];
+  Pose& a = poses[kHull];
+  Pose& b = poses[row.leg];
   const float ma = row.hull_inverse_mass;
   const float mb = row.leg_inverse_mass;
   const float ia = row.hull_inverse_inertia;
@@ -142,8 +141,8 @@ inline bool iterate_position(const JointRow& row, const JointShape& shape, Poses
     b.angle += ib * impulse;
   }
 
-  const Vec2 ra = rotate(rotation(a.angle), shape.hull_anchor);
-  const Vec2 rb = rotate(rotation(b.angle), shape.leg_anchor);
+  const Vec2 ra = rotate(rotation(a), shape.hull_anchor);
+  const Vec2 rb = rotate(rotation(b), shape.leg_anchor);
   const Vec2 gap = b.center + rb - a.center - ra;
 
   const float xx = ma + mb + ia * ra.y * ra.y + ib * rb.y * rb.y;
@@ -158,8 +157,6 @@ inline bool iterate_position(const JointRow& row, const JointShape& shape, Poses
   a.angle -= ia * cross(ra, impulse);
   b.center += mb * impulse;
   b.angle += ib * cross(rb, impulse);
-  poses[kHull] = a;
-  poses[row.leg] = b;
   return length(gap) <= kLinearSlop && angular_error <= kAngularSlop;
 }
 

@@ -3,6 +3,7 @@
 
 namespace touchdown {
 
-extern const Kernel k_avx2{"avx2", 2 * 8, &kernel_avx2::solve<8>};
+extern const Kernel k_avx2{"avx2", kernel_avx2::kGroups * 8, &kernel_avx2::iterate<8>,
+                                &kernel_avx2::circle<8>};
 
 }  // namespace touchdown

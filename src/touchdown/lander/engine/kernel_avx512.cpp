@@ -3,6 +3,7 @@
 
 namespace touchdown {
 
-extern const Kernel k_avx512{"avx512", 2 * 16, &kernel_avx512::solve<16>};
+extern const Kernel k_avx512{"avx512", kernel_avx512::kGroups * 16, &kernel_avx512::iterate<16>,
+                                &kernel_avx512::circle<16>};
 
 }  // namespace touchdown

@@ -3,6 +3,7 @@
 
 namespace touchdown {
 
-extern const Kernel k_baseline{"baseline", 2 * 4, &kernel_baseline::solve<4>};
+extern const Kernel k_baseline{"baseline", kernel_baseline::kGroups * 4, &kernel_baseline::iterate<4>,
+                                &kernel_baseline::circle<4>};
 
 }  // namespace touchdown

@@ -124,7 +124,7 @@ void seed(Lander& lander, std::span<const std::uint32_t> entropy) {
   lander.seeded = 1;
 }
 
-Observation reset(Lander& lander) {
+bool begin_episode(Lander& lander, Solving& solving) {
   const Terrain terrain = make_terrain(lander.rng);
   lander.world = make_world(terrain, static_cast<float>(lander.config.gravity));
   const double force_x = lander.rng.uniform(-kInitialForce, kInitialForce);
@@ -134,15 +134,9 @@ Observation reset(Lander& lander) {
     lander.wind_index = lander.rng.integers(-9999, 9999);
     lander.torque_index = lander.rng.integers(-9999, 9999);
   }
+  lander.fuel = 0.0;
   lander.started = 1;
-  return step(lander, {}).observation;
-}
-
-Transition step(Lander& lander, const Throttle& throttle) {
-  Solving solving;
-  const bool solves = begin_step(lander, throttle, solving);
-  if (solves) iterate_velocities(solving.rows);
-  return finish_step(lander, solves, solving);
+  return begin_step(lander, {}, solving);
 }
 
 bool begin_step(Lander& lander, const Throttle& throttle, Solving& solving) {
@@ -163,7 +157,10 @@ Transition finish_step(Lander& lander, bool solved, Solving& solving) {
   Transition transition;
   std::transform(state.begin(), state.end(), transition.observation.begin(),
                  [](double value) { return static_cast<float>(value); });
-  transition.reward = lander.shaping - before - lander.throttle.main * 0.30 - lander.throttle.side * 0.03;
+  const double main_cost = lander.throttle.main * 0.30;
+  const double side_cost = lander.throttle.side * 0.03;
+  lander.fuel += main_cost + side_cost;
+  transition.reward = lander.shaping - before - main_cost - side_cost;
   transition.terminated = false;
   if (lander.world.touches.hull != 0 || std::fabs(state[0]) >= 1.0) {
     transition.terminated = true;

@@ -54,6 +54,7 @@ struct Lander {
   std::int64_t torque_index;
   double shaping;     // the potential whose differences are the reward
   Throttle throttle;  // of the last step
+  double fuel;        // return points that the engines have cost in this episode
   Coverage coverage;
   std::uint32_t seeded;
   std::uint32_t started;
@@ -65,15 +66,14 @@ Lander make_lander(const Config& config);
 // `entropy` is the seed in base 2^32, lowest word first.
 void seed(Lander& lander, std::span<const std::uint32_t> entropy);
 
-// Starts an episode from where the stream of random numbers is.
-Observation reset(Lander& lander);
-
-Transition step(Lander& lander, const Throttle& throttle);
-
-// The same in two halves, for whoever does the velocity iterations between them: `begin_step` says
-// whether there are any to do.
+// A step in two halves, for whoever does the velocity iterations between them: the first says whether
+// there are any to do.
 bool begin_step(Lander& lander, const Throttle& throttle, Solving& solving);
 Transition finish_step(Lander& lander, bool solved, Solving& solving);
+
+// Instead of `begin_step`: starts an episode from where the stream of random numbers is, and begins
+// the step that stock takes before anyone sees the world.
+bool begin_episode(Lander& lander, Solving& solving);
 
 // Whether every index and count in a lander that came from outside is in range.
 bool is_sound(const Lander& lander);

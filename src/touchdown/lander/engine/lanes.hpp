@@ -13,6 +13,7 @@ namespace touchdown {
 template <int W>
 struct Lanes {
   typedef float Float __attribute__((vector_size(W * 4)));
+  typedef int Bits __attribute__((vector_size(W * 4)));
 };
 
 template <int W>

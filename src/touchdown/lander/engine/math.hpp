@@ -117,8 +117,7 @@ struct Transform {
 inline constexpr Transform kMoonTransform{{0.0f, 0.0f}, {0.0f, 1.0f}};
 
 // The transform of a body whose centre of mass, `local_center` in its own coordinates, is there.
-inline Transform transform_about(Vec2 center, float angle, Vec2 local_center) {
-  const Rotation q = rotation(angle);
+constexpr Transform transform_about(Vec2 center, Rotation q, Vec2 local_center) {
   return {center - rotate(q, local_center), q};
 }
 

@@ -12,7 +12,30 @@ namespace touchdown {
 struct Pose {
   Vec2 center;
   float angle;
+  // The last rotation that was asked for: iterations often come back to an angle, and a sine costs
+  // as much as all else that they do with it.
+  float turned_angle;
+  Rotation turned;
 };
+
+inline Pose pose_at(Vec2 center, float angle, Rotation turned) {
+  return {center, angle, angle, turned};
+}
+
+inline Rotation rotation(Pose& pose) {
+  // Equal floats have equal sines, but for the two zeros.
+  if (pose.angle != pose.turned_angle || pose.angle == 0.0f) {
+    pose.turned_angle = pose.angle;
+    pose.turned = rotation(pose.angle);
+  }
+  return pose.turned;
+}
+
+// Where the body's own coordinates are; `local_center` is its centre of mass in them.
+inline Transform transform_of(Pose& pose, Vec2 local_center) {
+  const Rotation q = rotation(pose);
+  return transform_about(pose.center, q, local_center);
+}
 
 using Poses = std::array<Pose, kNumBodies>;
 using Velocity = BasicVelocity<float>;

@@ -35,6 +35,10 @@ constexpr Vec<F> select(Mask condition, Vec<F> a, Vec<F> b) {
   return {condition ? a.x : b.x, condition ? a.y : b.y};
 }
 
+// A whole number for each lane, as wide as a comparison's result.
+template <typename F>
+using Whole = std::conditional_t<std::is_same_v<F, float>, int, decltype(F{} < F{})>;
+
 template <typename F>
 struct BasicVelocity {
   Vec<F> linear;
@@ -89,14 +93,19 @@ struct BasicContactRow {
   F k11, k12, k22;
   F m11, m12, m22;
 
+  Whole<F> cases_seen;  // how the two-point solver left its iterations
+
   // The same in every lane.
   int body;
   int num_points;
-  unsigned cases_seen;  // of one environment alone; lanes do not count
 };
 
-// How the two-point solver left an iteration; the numbers are bits of a row's `cases_seen`.
-enum class BlockCase : int { kBothPush, kFirstPushes, kSecondPushes, kNeitherPushes, kNoSolution };
+// Bits of a row's `cases_seen`.
+inline constexpr int kBothPush = 1;
+inline constexpr int kFirstPushes = 2;
+inline constexpr int kSecondPushes = 4;
+inline constexpr int kNeitherPushes = 8;
+inline constexpr int kNoSolution = 16;
 inline constexpr int kNumBlockCases = 5;
 
 template <typename F>
@@ -112,7 +121,7 @@ inline constexpr std::size_t kVelocityFloats = sizeof(BasicVelocities<float>) / 
 inline constexpr std::size_t kJointFloats =
     offsetof(BasicJointRow<float>, leg) / sizeof(float);
 inline constexpr std::size_t kContactFloats =
-    offsetof(BasicContactRow<float>, body) / sizeof(float);
+    offsetof(BasicContactRow<float>, cases_seen) / sizeof(float);
 
 // The impulse that makes the hinge's points move alike, whatever the turning.
 template <typename F>
@@ -121,8 +130,10 @@ constexpr Vec<F> solve_point(const BasicJointRow<F>& row, Vec<F> v) {
           row.inverse_determinant_2 * (row.xx * v.y - row.xy * v.x)};
 }
 
+// Gives the impulse on the hinge's point, which nothing reads again within the step.
 template <typename F>
-inline void iterate_velocity(BasicJointRow<F>& row, BasicVelocities<F>& velocities) {
+[[gnu::always_inline]] inline Vec<F> iterate_velocity(BasicJointRow<F>& row,
+                                                      BasicVelocities<F>& velocities) {
   BasicVelocity<F> a = velocities[kHull];
   BasicVelocity<F> b = velocities[row.leg];
   const F ma = row.hull_inverse_mass;
@@ -178,6 +189,7 @@ inline void iterate_velocity(BasicJointRow<F>& row, BasicVelocities<F>& velociti
   b.linear += mb * impulse;
   velocities[kHull] = a;
   velocities[row.leg] = b;
+  return impulse;
 }
 
 template <typename F>
@@ -201,8 +213,9 @@ inline void iterate_two_points(BasicContactRow<F>& row, BasicVelocity<F>& body) 
   Vec<F> after = -Vec<F>{row.m11 * free.x + row.m12 * free.y, row.m12 * free.x + row.m22 * free.y};
   const auto both = after.x >= 0.0f && after.y >= 0.0f;
   auto solved = both;
-  BlockCase block_case = BlockCase::kBothPush;
-  if (!all(both)) {
+  if (all(both)) {
+    row.cases_seen |= kBothPush;
+  } else {
     const F zero{};
     const Vec<F> alone{-first.normal_mass * free.x, -second.normal_mass * free.y};
     const auto only_first = alone.x >= 0.0f && row.k12 * alone.x + free.y >= 0.0f;
@@ -212,15 +225,13 @@ inline void iterate_two_points(BasicContactRow<F>& row, BasicVelocity<F>& body) 
     after.y = both ? after.y : only_first ? zero : only_second ? alone.y : zero;
     // Rounding may leave no case: the impulses stay, and the next iteration tries again.
     solved = both || only_first || only_second || neither;
-    if constexpr (std::is_same_v<F, float>) {
-      block_case = both          ? BlockCase::kBothPush
-                   : only_first  ? BlockCase::kFirstPushes
-                   : only_second ? BlockCase::kSecondPushes
-                   : neither     ? BlockCase::kNeitherPushes
-                                 : BlockCase::kNoSolution;
-    }
+    const auto bit = [](int block_case) { return Whole<F>{} + block_case; };
+    row.cases_seen |= both          ? bit(kBothPush)
+                      : only_first  ? bit(kFirstPushes)
+                      : only_second ? bit(kSecondPushes)
+                      : neither     ? bit(kNeitherPushes)
+                                    : bit(kNoSolution);
   }
-  if constexpr (std::is_same_v<F, float>) row.cases_seen |= 1u << static_cast<int>(block_case);
 
   const Vec<F> change = after - before;
   const Vec<F> p1 = change.x * row.normal;
@@ -240,7 +251,7 @@ inline void iterate_two_points(BasicContactRow<F>& row, BasicVelocity<F>& body) 
 }
 
 template <typename F>
-inline void iterate_velocity(BasicContactRow<F>& row, BasicVelocities<F>& velocities) {
+[[gnu::always_inline]] inline void iterate_velocity(BasicContactRow<F>& row, BasicVelocities<F>& velocities) {
   BasicVelocity<F> body = velocities[row.body];
   // Friction first, bounded by the last normal impulse: that nothing sinks in matters more.
   for (int i = 0; i < row.num_points; ++i) {
@@ -265,16 +276,6 @@ inline void iterate_velocity(BasicContactRow<F>& row, BasicVelocities<F>& veloci
     iterate_two_points(row, body);
   }
   velocities[row.body] = body;
-}
-
-template <typename F>
-inline void iterate_velocities(BasicVelocityRows<F>& rows) {
-  for (int iteration = 0; iteration < kVelocityIterations; ++iteration) {
-    for (auto& joint : rows.joints) iterate_velocity(joint, rows.velocities);
-    for (int i = 0; i < rows.num_contacts; ++i) {
-      iterate_velocity(rows.contacts[i], rows.velocities);
-    }
-  }
 }
 
 }  // namespace touchdown

@@ -14,7 +14,7 @@
 namespace touchdown {
 
 // To be raised with every change of `Lander` that leaves its size as it is.
-inline constexpr std::uint32_t kSnapshotVersion = 1;
+inline constexpr std::uint32_t kSnapshotVersion = 2;
 
 struct SnapshotHeader {
   std::array<char, 8> magic;

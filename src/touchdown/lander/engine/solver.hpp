@@ -71,15 +71,14 @@ inline WorldManifold place(const Manifold& manifold, const Transform& body) {
   return placed;
 }
 
-inline ContactRow prepare(const Contact& contact, const Terrain& terrain, const Poses& poses,
+inline ContactRow prepare(const Contact& contact, const Terrain& terrain, Poses& poses,
                           bool warm_start) {
   const Shape& shape = kShapes[contact.body];
-  const Pose& pose = poses[contact.body];
+  Pose& pose = poses[contact.body];
   const Manifold& manifold = contact.manifold;
   const float mass = shape.inverse_mass;
   const float inertia = shape.inverse_inertia;
-  const WorldManifold placed =
-      place(manifold, transform_about(pose.center, pose.angle, shape.local_center));
+  const WorldManifold placed = place(manifold, transform_of(pose, shape.local_center));
 
   ContactRow row{};
   row.body = contact.body;
@@ -142,10 +141,10 @@ inline void write_back(const ContactRow& row, Manifold& manifold) {
 // separation met, or zero.
 inline float iterate_position(const ContactPositionRow& row, Poses& poses, float share) {
   constexpr float max_correction = 0.2f;  // metres
-  Pose pose = poses[row.body];
+  Pose& pose = poses[row.body];
   float least = 0.0f;
   for (int i = 0; i < row.num_points; ++i) {
-    const Transform body = transform_about(pose.center, pose.angle, row.local_center);
+    const Transform body = transform_of(pose, row.local_center);
     const bool on_edge = row.face == Face::kEdge;
     const Transform& face = on_edge ? kMoonTransform : body;
     const Transform& other = on_edge ? body : kMoonTransform;
@@ -165,7 +164,6 @@ inline float iterate_position(const ContactPositionRow& row, Poses& poses, float
     pose.center += row.inverse_mass * p;
     pose.angle += row.inverse_inertia * cross(arm, p);
   }
-  poses[row.body] = pose;
   return least;
 }
 

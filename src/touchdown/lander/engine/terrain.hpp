@@ -39,6 +39,7 @@ inline Edge make_edge(Vec2 start, Vec2 end, float friction) {
 struct Terrain {
   std::array<double, kNumHeights> heights;  // as the page draws them; the edges hold floats
   std::array<Edge, kNumEdges> edges;
+  float top;  // of the edges' boxes
 };
 
 inline Terrain make_terrain(Pcg64& rng) {
@@ -59,6 +60,8 @@ inline Terrain make_terrain(Pcg64& rng) {
     };
     terrain.edges[i + 1] = make_edge(point(i), point(i + 1), 0.1f);
   }
+  terrain.top = terrain.edges[0].fat_box.upper.y;
+  for (const Edge& edge : terrain.edges) terrain.top = larger(terrain.top, edge.fat_box.upper.y);
   return terrain;
 }
 
