@@ -3,11 +3,12 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help land test test-all check docs bench lock format clean FORCE
+.PHONY: help land test test-all exactness sanitize check docs bench lock format clean FORCE
 
 UV_VERSION := 0.13.9
 PYTHON ?= python3.13 python3.12 python3.11 python3
 ARGS ?=
+N ?= 1000000
 UPGRADE ?= --upgrade
 
 BIN := .venv/bin
@@ -17,7 +18,7 @@ BENCH_READY := .venv-bench/.ready
 help: ## list the targets
 	@echo "Touchdown: a deep Q-learning laboratory for the lunar lander."
 	@echo
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-9s %s\n", $$1, $$2}' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' Makefile
 	@echo
 	@echo "ARGS='...' goes to the command of land, test, test-all and bench: make test ARGS='-k ring'"
 	@echo "PYTHON=... names the Python of a new .venv: make land PYTHON=/path/to/python3.13"
@@ -30,6 +31,12 @@ test: $(READY) ## run the tests, all but the slow ones
 
 test-all: $(READY) ## run all tests, those that take minutes too
 	@$(BIN)/pytest -n auto --maxprocesses 8 -m '' $(ARGS)
+
+exactness: $(READY) ## compare N=1000000 steps of the exact engine with stock, as bytes
+	@$(BIN)/python tests/lander/engine/oracle.py $(N) $(ARGS)
+
+sanitize: $(READY) ## the same for a few steps of an engine built with sanitizers
+	@$(BIN)/python tests/lander/engine/sanitized.py
 
 check: $(READY) ## lint, format, types, layers and docs, changing nothing
 	@$(BIN)/ruff check

@@ -6,7 +6,7 @@ import pytest
 from touchdown import cli
 from touchdown.errors import UserError
 from touchdown.lander import env as lander
-from touchdown.lander.vector import LanderEnv
+from touchdown.lander.single import LanderEnv
 
 
 @pytest.fixture

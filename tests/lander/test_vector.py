@@ -1,11 +1,14 @@
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.error import ClosedEnvironmentError
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
+import touchdown.lander
 from touchdown.lander.engine import simd
-from touchdown.lander.vector import LanderEnv, LanderVectorEnv
+from touchdown.lander.single import LanderEnv
+from touchdown.lander.vector import LanderVectorEnv, StepArrays
 
 WINDY = {"continuous": True, "enable_wind": True}
 
@@ -109,6 +112,88 @@ def test_what_flies_in_a_lane_does_not_depend_on_its_neighbours():
             assert a[[33, 8]].tobytes() == b.tobytes()
 
 
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+def test_arrays_handed_in_are_written_in_place_and_returned(mode: AutoresetMode):
+    given, fresh = LanderVectorEnv(4, autoreset_mode=mode), LanderVectorEnv(4, autoreset_mode=mode)
+    given.reset(seed=1)
+    fresh.reset(seed=1)
+    out = StepArrays.empty(4)
+    ends = 0
+    for _ in range(140):
+        theirs = fresh.step(np.full(4, 2))
+        mine = given.step(np.full(4, 2), out=out)
+        for array, a, b in zip(out, mine[:4], theirs[:4], strict=True):
+            assert a is array
+            assert a.tobytes() == b.tobytes()
+        if (mine[2] | mine[3]).any():
+            ends += 1
+            if mode == AutoresetMode.DISABLED:
+                break
+    assert ends > 0
+
+
+def test_a_reset_by_mask_leaves_the_others_in_flight_as_stock_does():
+    stock = SyncVectorEnv([lambda: gymnasium.make("LunarLander-v3")] * 4, autoreset_mode="Disabled")
+    ours = LanderVectorEnv(4, autoreset_mode="Disabled")
+    for env in (stock, ours):
+        env.reset(seed=3)
+    rng = np.random.default_rng(0)
+    resets = 0
+    for _ in range(250):
+        actions = rng.integers(0, 4, 4)
+        theirs, mine = stock.step(actions), ours.step(actions)
+        ended = mine[2] | mine[3]
+        assert theirs[0].tobytes() == mine[0].tobytes()
+        if ended.any():
+            resets += 1
+            again = [env.reset(options={"reset_mask": ended.copy()})[0] for env in (stock, ours)]
+            assert again[0].tobytes() == again[1].tobytes()
+    stock.close()
+    assert resets > 3
+    for mask in (np.ones(3, np.bool_), np.ones(4), np.zeros(4, np.bool_)):
+        with pytest.raises(ValueError, match=r"reset_mask is .*: must be bool\(4,\)"):
+            ours.reset(options={"reset_mask": mask})
+
+
+def test_a_copy_flies_on_as_its_original_does():
+    env = LanderVectorEnv(5, max_episode_steps=150)
+    env.reset(seed=0)
+    rng = np.random.default_rng(1)
+    for _ in range(60):
+        env.step(rng.integers(0, 4, 5))
+    env.copy_state(2, [0, 4])
+    for _ in range(200):
+        o, *_ = env.step(np.full(5, rng.integers(0, 4)))
+        assert o[2].tobytes() == o[0].tobytes() == o[4].tobytes() != o[1].tobytes()
+
+
+@pytest.mark.parametrize("engine", ["exact", "gymnasium"])
+def test_either_engine_is_made_by_the_same_call(engine: str):
+    env = touchdown.lander.make_vec(2, engine=engine, gravity=-5.0, autoreset_mode="SameStep")
+    assert env.metadata["autoreset_mode"] == AutoresetMode.SAME_STEP
+    one = touchdown.lander.make(engine=engine, gravity=-5.0)
+    o, _ = env.reset(seed=7)
+    assert o[0].tobytes() == one.reset(seed=7)[0].tobytes()
+    assert env.step(np.array([2, 2]))[0][0].tobytes() == one.step(2)[0].tobytes()
+    env.close()
+    one.close()
+    with pytest.raises(ValueError, match="num_envs = 0: must be at least 1"):
+        touchdown.lander.make_vec(0, engine=engine)
+
+
+def test_what_is_closed_says_so():
+    many, one = LanderVectorEnv(1), LanderEnv()
+    for env in (many, one):
+        env.reset(seed=0)
+        env.close()
+        with pytest.raises(ClosedEnvironmentError, match="make a new one"):
+            env.reset()
+    with pytest.raises(ClosedEnvironmentError):
+        many.step(np.array([0]))
+    with pytest.raises(ClosedEnvironmentError):
+        one.step(0)
+
+
 def test_the_instruction_set_has_a_name():
     assert simd() in {"avx512", "avx2", "baseline"}
 
@@ -132,8 +217,28 @@ def test_nonsense_is_refused_and_named():
         env.step(np.array([0.0, 1.0]))
     with pytest.raises(ValueError, match=r"actions are int64\(3,\)"):
         env.step(np.array([0, 1, 2]))
-    with pytest.raises(ValueError, match="snapshot"):
-        env.restore(0, b"x" * 100)
+    for out, complaint in {
+        "observations": (np.zeros((2, 8)), r"float64\(2, 8\), must be float32\(2, 8\)"),
+        "truncated": (np.zeros(3, np.bool_), r"bool\(3,\), must be bool\(2,\)"),
+        "rewards": (np.zeros(4)[::2], "must be contiguous and writable"),
+    }.items():
+        arrays = StepArrays.empty(2)._replace(**{out: complaint[0]})
+        with pytest.raises(ValueError, match=rf"out\.{out} .*{complaint[1]}"):
+            env.step(np.array([0, 0]), out=arrays)
+    good = env.snapshot(0)
+    for foreign, complaint in {
+        b"x" * 100: "not a snapshot",
+        good[:8] + b"\x09" + good[9:]: "version 9: must be 1",
+        good[:-1]: "damaged",
+        good[:70]: "too short",
+    }.items():
+        with pytest.raises(ValueError, match=complaint):
+            env.restore(0, foreign)
+    assert env.snapshot(0) == good
+    with pytest.raises(ValueError, match="num_threads = 0: must be at least 1"):
+        LanderVectorEnv(1, num_threads=0)
+    with pytest.raises(ValueError, match="max_episode_steps = 0: must be at least 1"):
+        LanderVectorEnv(1, max_episode_steps=0)
     windy = LanderVectorEnv(1, **WINDY)
     windy.reset(seed=0)
     with pytest.raises(ValueError, match=r"actions\[0\] is not a number"):

@@ -84,7 +84,7 @@ class Flight:
 
 
 def record_flight(pilot: Pilot, env_id: str, seed: int, name: str) -> Flight:
-    """One episode in the stock environment.
+    """One episode; of the lander, on the engine in use.
 
     Args:
         pilot: chooses the actions.
@@ -96,7 +96,10 @@ def record_flight(pilot: Pilot, env_id: str, seed: int, name: str) -> Flight:
         UserError: there is no such environment, or it cannot be made.
     """
     with _sdl_without_display():
-        world = lander.make(env_id, render_mode=None if lander.is_lander(env_id) else "rgb_array")
+        if lander.is_lander(env_id):
+            world = lander.make(env_id, engine=lander.engine_in_use())
+        else:
+            world = lander.make(env_id, render_mode="rgb_array")
         try:
             return fly(world, pilot, env_id, seed, name)
         finally:
@@ -193,8 +196,11 @@ def _sdl_without_display() -> Generator[None]:
             os.environ.pop("SDL_VIDEODRIVER", None)
 
 
-def _bodies(env: lander.Env) -> list[list[float]]:
+def _bodies(env: lander.Env) -> list[list[float]] | NDArray[np.float32]:
     inside: Any = env.unwrapped
+    if hasattr(inside, "states"):  # ours
+        states = inside.states()
+        return np.concatenate((states.positions[0], states.angles[0][:, None]), axis=1)
     if not hasattr(inside, "lander"):
         return []
     parts = (inside.lander, *inside.legs)
@@ -211,6 +217,8 @@ def _frame(env: lander.Env, drawn: bool) -> bytes:
 
 def _terrain(env: lander.Env) -> Terrain:
     inside: Any = env.unwrapped
+    if hasattr(inside, "terrain"):  # ours
+        return Terrain(*inside.terrain().T.copy(), *inside.helipad)
     # each polygon of the sky stands on one edge of the ground, and begins with that edge
     corners = [polygon[0] for polygon in inside.sky_polys] + [inside.sky_polys[-1][1]]
     xs, heights = np.array(corners, np.float64).T

@@ -75,35 +75,40 @@ class _StockSlots:
 class _ExactSlots:
     def __init__(self, count: int) -> None:
         # where the engine was not built there is nothing to import
-        from touchdown.lander.engine import Batch  # noqa: PLC0415
+        from touchdown.lander.engine import BEGIN, NOTHING, STEP, Batch  # noqa: PLC0415
 
+        self._nothing, self._step, self._begin = NOTHING, STEP, BEGIN
         self._batch = Batch(count)
         self._actions = np.zeros(count, np.int64)
         self._observations = np.zeros((count, lander.OBSERVATION_SIZE), np.float32)
         self._rewards = np.zeros(count)
         self._terminated = np.zeros(count, np.bool_)
-        self._active = np.zeros(count, np.bool_)
+        self._tasks = np.zeros(count, np.uint8)
         self._steps = np.zeros(count, np.int64)
 
     def reset(self, slot: int, seed: int) -> FloatArray:
-        self._batch.reset(slot, seed, self._observations[slot])
+        self._batch.seed(slot, seed)
+        self._advance(np.array([slot]), self._begin)
         self._steps[slot] = 0
         return self._observations[slot].copy()
 
     def step(self, slots: Sequence[int], actions: IntArray) -> Steps:
         chosen = np.asarray(slots)
-        self._active[:] = False
-        self._active[chosen] = True
         self._actions[chosen] = actions
-        self._batch.step(
-            self._actions, self._observations, self._rewards, self._terminated, self._active
-        )
+        self._advance(chosen, self._step)
         self._steps[chosen] += 1
         return Steps(
             self._observations[chosen],
             self._rewards[chosen],
             self._terminated[chosen],
             self._steps[chosen] >= lander.MAX_EPISODE_STEPS,
+        )
+
+    def _advance(self, slots: IntArray, task: int) -> None:
+        self._tasks[:] = self._nothing
+        self._tasks[slots] = task
+        self._batch.step(
+            self._actions, self._observations, self._rewards, self._terminated, self._tasks
         )
 
     def close(self) -> None:

@@ -1,38 +1,57 @@
-"""The exact engine behind Gymnasium's interfaces: one lander, or many at once."""
+"""Many landers on the exact engine, behind Gymnasium's interface."""
 
 from collections.abc import Sequence
-from typing import Any, cast
+from typing import Any, NamedTuple, Self
 
 import gymnasium
 import numpy as np
-from gymnasium import spaces
+from gymnasium.error import ClosedEnvironmentError
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from touchdown.lander.engine import Batch
+from touchdown.lander.engine import BEGIN, NOTHING, STEP, Batch
 from touchdown.lander.env import MAX_EPISODE_STEPS, OBSERVATION_SIZE
+from touchdown.lander.space import (
+    LanderStates,
+    action_space,
+    observation_space,
+    read_states,
+    read_terrain,
+)
 from touchdown.types import FloatArray
 
-# as stock's: the observation's units are half viewports, and so on; see gymnasium's lunar_lander.py
-_HIGH = np.array([2.5, 2.5, 10, 10, 2 * np.pi, 10, 1, 1], np.float32)
-_LOW = np.array([-2.5, -2.5, -10, -10, -2 * np.pi, -10, 0, 0], np.float32)
+_SNAPSHOT_MAGIC = b"TDVECTOR"
+_SNAPSHOT_VERSION = 1
 
 
-def observation_space() -> spaces.Box:
-    """Stock's."""
-    return spaces.Box(_LOW, _HIGH)
+class StepArrays(NamedTuple):
+    """Where a step writes what comes of it."""
+
+    observations: NDArray[np.float32]  # [N, 8]
+    rewards: NDArray[np.float64]  # [N]
+    terminated: NDArray[np.bool_]  # [N]
+    truncated: NDArray[np.bool_]  # [N]
+
+    @classmethod
+    def empty(cls, num_envs: int) -> Self:
+        """Arrays for N environments, with whatever is in them."""
+        return cls(
+            np.empty((num_envs, OBSERVATION_SIZE), np.float32),
+            np.empty(num_envs),
+            np.empty(num_envs, np.bool_),
+            np.empty(num_envs, np.bool_),
+        )
 
 
-def action_space(*, continuous: bool) -> spaces.Space[Any]:
-    """Stock's."""
-    return spaces.Box(-1, +1, (2,), np.float32) if continuous else spaces.Discrete(4)
-
-
-class LanderEnv(gymnasium.Env[FloatArray, Any]):
-    """LunarLander-v3 on the exact engine; Gymnasium's registration adds the limit of 1000 steps.
+class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
+    """Many landers at once, as `SyncVectorEnv` of stock environments with a limit of 1000 steps.
 
     Args:
+        num_envs: N.
+        max_episode_steps: the limit, in steps.
+        autoreset_mode: Gymnasium's.
+        num_threads: threads that share the landers; no result depends on it.
         render_mode: None; flights are drawn from their records.
         continuous: whether an action is a pair of throttles.
         gravity: between -12 and 0, m/s².
@@ -44,12 +63,14 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
         ValueError: a number is out of range.
     """
 
-    metadata: dict[str, Any] = {"render_modes": [], "render_fps": 50}  # noqa: RUF012 - as Gymnasium's
-
     def __init__(
         self,
-        render_mode: str | None = None,
+        num_envs: int = 1,
         *,
+        max_episode_steps: int = MAX_EPISODE_STEPS,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        num_threads: int = 1,
+        render_mode: str | None = None,
         continuous: bool = False,
         gravity: float = -10.0,
         enable_wind: bool = False,
@@ -58,79 +79,17 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
     ) -> None:
         if render_mode is not None:
             raise ValueError(f"render_mode {render_mode!r}: must be None; flights are drawn later")
-        self.render_mode = None
-        self.observation_space = cast(spaces.Space[FloatArray], observation_space())
-        self.action_space = action_space(continuous=continuous)
-        self.continuous = continuous
+        if max_episode_steps < 1:
+            raise ValueError(f"max_episode_steps = {max_episode_steps}: must be at least 1")
         self._batch = Batch(
-            1,
+            num_envs,
+            num_threads=num_threads,
             continuous=continuous,
             gravity=gravity,
             enable_wind=enable_wind,
             wind_power=wind_power,
             turbulence_power=turbulence_power,
         )
-        self._actions: NDArray[Any] = (
-            np.zeros((1, 2), np.float32) if continuous else np.zeros(1, int)
-        )
-        self._rewards = np.zeros(1)
-        self._terminated = np.zeros(1, np.bool_)
-
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[FloatArray, dict[str, Any]]:
-        """Start an episode; without a seed the stream of random numbers goes on."""
-        super().reset(seed=seed, options=options)
-        observation = np.empty(OBSERVATION_SIZE, np.float32)
-        self._batch.reset(0, seed, observation)
-        return observation, {}
-
-    def step(self, action: Any) -> tuple[FloatArray, float, bool, bool, dict[str, Any]]:
-        """One fiftieth of a second.
-
-        Raises:
-            ValueError: the action is none of the space's.
-        """
-        self._actions[0] = action
-        observation = np.empty((1, OBSERVATION_SIZE), np.float32)
-        self._batch.step(self._actions, observation, self._rewards, self._terminated)
-        return observation[0], float(self._rewards[0]), bool(self._terminated[0]), False, {}
-
-    def snapshot(self) -> bytes:
-        """The whole state, generator included."""
-        return self._batch.snapshot(0)
-
-    def restore(self, snapshot: bytes) -> None:
-        """Go on from a snapshot.
-
-        Raises:
-            ValueError: the bytes are no snapshot of an environment with these settings.
-        """
-        self._batch.restore(0, snapshot)
-
-
-class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
-    """Many landers at once, as `SyncVectorEnv` of stock environments with a limit of 1000 steps.
-
-    Args:
-        num_envs: N.
-        max_episode_steps: the limit, in steps.
-        autoreset_mode: Gymnasium's.
-        settings: `continuous`, `gravity`, `enable_wind`, `wind_power`, `turbulence_power`.
-
-    Raises:
-        ValueError: a number is out of range.
-    """
-
-    def __init__(
-        self,
-        num_envs: int = 1,
-        *,
-        max_episode_steps: int = MAX_EPISODE_STEPS,
-        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        **settings: Any,
-    ) -> None:
-        self._batch = Batch(num_envs, **settings)
         self.num_envs = num_envs
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {
@@ -138,17 +97,21 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
             "render_fps": 50,
             "autoreset_mode": self.autoreset_mode,
         }
-        continuous = bool(settings.get("continuous", False))
+        self.render_mode = None
         self.single_observation_space = observation_space()
         self.single_action_space = action_space(continuous=continuous)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
+        self.closed = False
         self._limit = max_episode_steps
-        self._action_dtype = np.float32 if continuous else np.int64
-        self._action_shape = (num_envs, 2) if continuous else (num_envs,)
+        self._actions: NDArray[Any] = (
+            np.zeros((num_envs, 2), np.float32) if continuous else np.zeros(num_envs, np.int64)
+        )
+        self._observations = np.zeros((num_envs, OBSERVATION_SIZE), np.float32)  # the latest
         self._steps = np.zeros(num_envs, np.int64)
         self._ended = np.zeros(num_envs, np.bool_)
-        self.closed = False
+        self._tasks = np.zeros(num_envs, np.uint8)
+        self._unused = StepArrays.empty(num_envs)  # an episode's beginning has no reward
 
     def reset(
         self,
@@ -158,81 +121,165 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
     ) -> tuple[FloatArray, dict[str, Any]]:
         """Start an episode in each environment, with the seeds seed, seed + 1, ...
 
+        Args:
+            seed: the first seed, or one for each environment; None goes on with its stream.
+            options: `reset_mask`, [N] booleans, leaves out environments where it is false.
+
         Raises:
-            ValueError: there are not as many seeds as environments.
+            ValueError: there are not as many seeds as environments, or the mask is no such mask.
         """
-        del options
-        seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed
-        seeds = [None] * self.num_envs if seeds is None else list(seeds)
-        if len(seeds) != self.num_envs:
-            raise ValueError(f"seed has {len(seeds)} entries, must have {self.num_envs}")
-        observations = np.empty((self.num_envs, OBSERVATION_SIZE), np.float32)
-        for i, each in enumerate(seeds):
-            self._batch.reset(i, each, observations[i])
-        self._steps[:] = 0
-        self._ended[:] = False
-        return observations, {}
+        self._need_open()
+        seeds = self._seeds(seed)
+        mask = self._mask(options)
+        for i in np.flatnonzero(mask):
+            given = seeds[i]
+            if given is not None:
+                self._batch.seed(int(i), int(given))
+        self._tasks[:] = np.where(mask, BEGIN, NOTHING)
+        self._begin()
+        self._ended &= ~mask
+        return self._observations.copy(), {}
 
     def step(
-        self, actions: NDArray[Any]
+        self, actions: NDArray[Any], *, out: StepArrays | None = None
     ) -> tuple[FloatArray, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
         """One step of every environment; those that have ended begin again, as the mode says.
 
+        Args:
+            actions: [N] whole numbers, or [N, 2] throttles.
+            out: what to write and return; without it, fresh arrays.
+
         Raises:
-            ValueError: the actions are of another shape or type, or out of range.
+            ValueError: the actions or arrays are of another shape or type, or an action is out of
+                range, or an environment has ended and nothing begins it again.
         """
-        given = np.ascontiguousarray(actions)
-        if given.shape != self._action_shape or not np.can_cast(
-            given.dtype, self._action_dtype, "same_kind"
-        ):
-            raise ValueError(
-                f"actions are {given.dtype}{given.shape}, must be "
-                f"{np.dtype(self._action_dtype)}{self._action_shape}"
-            )
-        observations = np.empty((self.num_envs, OBSERVATION_SIZE), np.float32)
-        rewards = np.zeros(self.num_envs)
-        terminated = np.zeros(self.num_envs, np.bool_)
-        flying = ~self._ended
-        if not flying.all() and self.autoreset_mode == AutoresetMode.DISABLED:
+        self._need_open()
+        if self.autoreset_mode == AutoresetMode.DISABLED and self._ended.any():
             raise ValueError("environments that have ended must be reset before they are stepped")
-        self._batch.step(
-            given.astype(self._action_dtype, copy=False), observations, rewards, terminated, flying
-        )
-        self._steps += flying
-        truncated = flying & (self._steps >= self._limit)
-        for i in np.flatnonzero(self._ended):
-            self._begin(int(i), observations)
-        self._ended = terminated | truncated
+        self._take(actions)
+        arrays = StepArrays.empty(self.num_envs) if out is None else self._checked(out)
+        observations, rewards, terminated, truncated = arrays
+        np.add(self._ended, STEP, out=self._tasks, casting="unsafe")  # STEP + 1 is BEGIN
+        self._batch.step(self._actions, observations, rewards, terminated, self._tasks)
+        self._steps += 1
+        np.putmask(self._steps, self._ended, 0)
+        np.greater_equal(self._steps, self._limit, out=truncated)
+        np.logical_or(terminated, truncated, out=self._ended)
+        np.copyto(self._observations, observations)
         infos: dict[str, Any] = {}
         if self.autoreset_mode == AutoresetMode.SAME_STEP and self._ended.any():
             final = np.full(self.num_envs, None, object)
             for i in np.flatnonzero(self._ended):
                 final[i] = observations[i].copy()
-                self._begin(int(i), observations)
             infos = {
                 "final_obs": final,
                 "_final_obs": self._ended.copy(),
                 "final_info": {},
                 "_final_info": self._ended.copy(),
             }
-            self._ended = np.zeros(self.num_envs, np.bool_)
+            np.multiply(self._ended, BEGIN, out=self._tasks, casting="unsafe")
+            self._begin()
+            np.copyto(observations, self._observations)
+            self._ended[:] = False
         return observations, rewards, terminated, truncated, infos
 
-    def _begin(self, index: int, observations: FloatArray) -> None:
-        self._batch.reset(index, None, observations[index])
-        self._steps[index] = 0
+    def close_extras(self, **kwargs: Any) -> None:
+        """Nothing to give back: the engine holds memory only."""
+
+    def states(self) -> LanderStates:
+        """The landers' insides."""
+        return read_states(self._batch)
+
+    def terrain(self, index: int) -> FloatArray:
+        """The corners of one environment's ground from left to right, metres, [11, 2]."""
+        return read_terrain(self._batch, index)
+
+    def coverage(self) -> dict[str, Any]:
+        """How often each rare path of the physics was taken since the environments were made."""
+        return self._batch.coverage()
 
     def snapshot(self, index: int) -> bytes:
-        """The whole state of one environment, generator and step count included."""
-        count = int(self._steps[index]).to_bytes(8, "little", signed=True)
-        return count + bytes([int(self._ended[index])]) + self._batch.snapshot(index)
+        """The whole state of one environment: world, generator, step count, last observation."""
+        header = _SNAPSHOT_MAGIC + _SNAPSHOT_VERSION.to_bytes(4, "little")
+        clock = np.array([self._steps[index], self._ended[index]], "<i8").tobytes()
+        return header + clock + self._observations[index].tobytes() + self._batch.snapshot(index)
 
     def restore(self, index: int, snapshot: bytes) -> None:
-        """Have one environment go on from a snapshot.
+        """Have one environment go on from a snapshot; nothing changes if it is refused.
 
         Raises:
             ValueError: the bytes are no snapshot of an environment with these settings.
         """
-        self._batch.restore(index, snapshot[9:])
-        self._steps[index] = int.from_bytes(snapshot[:8], "little", signed=True)
-        self._ended[index] = bool(snapshot[8])
+        magic, version = snapshot[:8], int.from_bytes(snapshot[8:12], "little")
+        if magic != _SNAPSHOT_MAGIC:
+            raise ValueError("not a snapshot of a vector environment's lander")
+        if version != _SNAPSHOT_VERSION:
+            raise ValueError(f"snapshot version {version}: must be {_SNAPSHOT_VERSION}")
+        clock, observation = snapshot[12:28], snapshot[28:60]
+        self._batch.restore(index, snapshot[60:])
+        steps, ended = np.frombuffer(clock, "<i8")
+        self._steps[index] = steps
+        self._ended[index] = bool(ended)
+        self._observations[index] = np.frombuffer(observation, np.float32)
+
+    def copy_state(self, index: int, to: Sequence[int]) -> None:
+        """Put other environments where one is: world, generator and step count.
+
+        Raises:
+            IndexError: there is no such environment.
+        """
+        self._batch.copy(index, to)
+        for values in (self._steps, self._ended, self._observations):
+            values[list(to)] = values[index]
+
+    def _need_open(self) -> None:
+        if self.closed:
+            raise ClosedEnvironmentError("the environment is closed: make a new one")
+
+    def _seeds(self, seed: int | Sequence[int | None] | None) -> Sequence[int | None]:
+        if seed is None:
+            return [None] * self.num_envs
+        if isinstance(seed, int | np.integer):
+            return [int(seed) + i for i in range(self.num_envs)]
+        if len(seed) != self.num_envs:
+            raise ValueError(f"seed has {len(seed)} entries, must have {self.num_envs}")
+        return seed
+
+    def _mask(self, options: dict[str, Any] | None) -> NDArray[np.bool_]:
+        if options is None or "reset_mask" not in options:
+            return np.ones(self.num_envs, np.bool_)
+        mask = np.asarray(options["reset_mask"])
+        if mask.shape != (self.num_envs,) or mask.dtype != np.bool_ or not mask.any():
+            raise ValueError(
+                f"reset_mask is {mask.dtype}{mask.shape}: must be bool({self.num_envs},) "
+                "with a true one"
+            )
+        return mask
+
+    def _begin(self) -> None:
+        """Start an episode where the tasks say so, and clear the clocks there."""
+        unused = self._unused
+        self._batch.step(
+            self._actions, self._observations, unused.rewards, unused.terminated, self._tasks
+        )
+        np.putmask(self._steps, self._tasks == BEGIN, 0)
+
+    def _take(self, actions: NDArray[Any]) -> None:
+        given = np.asarray(actions)
+        taken = self._actions
+        if given.shape != taken.shape or not np.can_cast(given.dtype, taken.dtype, "same_kind"):
+            raise ValueError(
+                f"actions are {given.dtype}{given.shape}, must be {taken.dtype}{taken.shape}"
+            )
+        np.copyto(taken, given, casting="same_kind")
+
+    def _checked(self, out: StepArrays) -> StepArrays:
+        for name, given, wanted in zip(StepArrays._fields, out, self._unused, strict=True):
+            if (given.shape, given.dtype) != (wanted.shape, wanted.dtype):
+                raise ValueError(
+                    f"out.{name} is {given.dtype}{given.shape}, "
+                    f"must be {wanted.dtype}{wanted.shape}"
+                )
+            if not (given.flags.c_contiguous and given.flags.writeable):
+                raise ValueError(f"out.{name} must be contiguous and writable")
+        return out

@@ -1,24 +1,31 @@
 """The engine beside stock Gymnasium, step by step, compared as bytes.
 
-The test runs a little of this; by hand, `python tests/lander/engine/oracle.py 1000000` runs more.
+The tests run some of this; `make exactness N=1000000` runs more.
 """
 
 import argparse
 import itertools
+import multiprocessing
+import os
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from dataclasses import dataclass, field
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 from gymnasium.envs.box2d.lunar_lander import LunarLander, heuristic
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from touchdown.lander.engine import HELIPAD, Lander
+from touchdown.lander.engine import BEGIN, HELIPAD, NOTHING, STEP, Batch, simd
+from touchdown.lander.space import LanderStates, read_states, read_terrain
 
 MAX_EPISODE_STEPS = 1000
 STEPS_AFTER_THE_END = 40  # stock flies on when it is asked to; so does the engine
+NUM_EPISODES = 2  # of each environment; the second after a reset without a seed
 
 Policy = Callable[[int, np.ndarray], int]  # time, observation -> action
 
@@ -181,39 +188,48 @@ class Report:
             else:
                 self.coverage[name] += value
 
+    def add(self, other: "Report") -> None:
+        self.steps += other.steps
+        self.episodes += other.episodes
+        self.outcomes.update(other.outcomes)
+        self.add_coverage(other.coverage)
+        self.difference = self.difference or other.difference
 
-def difference(stock: LunarLander, engine: Lander, expected: tuple, got: tuple) -> str | None:
+
+def difference(
+    stock: LunarLander, expected: tuple, got: tuple, states: LanderStates, index: int
+) -> str | None:
     """The first thing that is not the same to the last bit."""
     o, reward, terminated = expected
     if o.tobytes() != got[0].tobytes() or o.dtype != got[0].dtype:
         return f"observation {o!r} != {got[0]!r}"
     if np.float64(reward).tobytes() != np.float64(got[1]).tobytes():
         return f"reward {float(reward)!r} != {got[1]!r}"
-    if terminated is not got[2]:
+    if terminated is not bool(got[2]):
         return f"terminated {terminated} != {got[2]}"
     bodies = [stock.lander, *stock.legs]
     exposed = {
-        "origins": ([tuple(b.position) for b in bodies], engine.origins),
-        "angles": ([b.angle for b in bodies], engine.angles),
-        "velocities": ([tuple(b.linearVelocity) for b in bodies], engine.velocities),
-        "spins": ([b.angularVelocity for b in bodies], engine.spins),
-        "awake": ([b.awake for b in bodies[:1]], [engine.awake]),
-        "leg_contacts": ([leg.ground_contact for leg in stock.legs], engine.leg_contacts),
+        "positions": ([tuple(b.position) for b in bodies], states.positions),
+        "angles": ([b.angle for b in bodies], states.angles),
+        "velocities": ([tuple(b.linearVelocity) for b in bodies], states.velocities),
+        "spins": ([b.angularVelocity for b in bodies], states.spins),
+        "awake": (stock.lander.awake, states.awake),
+        "leg_contacts": ([leg.ground_contact for leg in stock.legs], states.leg_contacts),
     }
     for name, (theirs, ours) in exposed.items():
-        if np.asarray(theirs, np.float32).tobytes() != np.asarray(ours, np.float32).tobytes():
-            return f"{name} {theirs} != {ours}"
+        if np.asarray(theirs, ours.dtype).tobytes() != ours[index].tobytes():
+            return f"{name} {theirs} != {ours[index]}"
     return None
 
 
 def start_difference(
-    stock: LunarLander, engine: Lander, expected: np.ndarray, got: np.ndarray
+    stock: LunarLander, expected: np.ndarray, got: np.ndarray, terrain: np.ndarray
 ) -> str | None:
     if expected.tobytes() != got.tobytes():
         return f"observation {expected!r} != {got!r}"
     surface = np.array([poly[0] for poly in stock.sky_polys] + [stock.sky_polys[-1][1]])
-    if surface.tobytes() != engine.terrain.tobytes():
-        return f"terrain {surface} != {engine.terrain}"
+    if surface.tobytes() != terrain.tobytes():
+        return f"terrain {surface} != {terrain}"
     if (stock.helipad_x1, stock.helipad_x2, stock.helipad_y) != HELIPAD:
         return f"helipad {stock.helipad_y} != {HELIPAD}"
     return None
@@ -227,91 +243,154 @@ def outcome(stock: LunarLander, terminated: bool) -> str:
     return "crashed" if stock.game_over else "out of bounds"
 
 
-def fly(
-    report: Report,
-    stock: LunarLander,
-    engine: Lander,
-    policy: Policy,
-    rng: np.random.Generator,
-    seed: int | None,
-) -> Iterator[str | None]:
-    """One episode and a little of what comes after it; yields each step's difference."""
-    o, _ = stock.reset(seed=seed)
-    yield start_difference(stock, engine, o, engine.reset(seed))
-    ended_at = None
-    for t in itertools.count():
-        if t == (MAX_EPISODE_STEPS if ended_at is None else ended_at + STEPS_AFTER_THE_END):
-            break
-        discrete = policy(t, o)
-        action = continuous_action(discrete, rng) if stock.continuous else discrete
-        o, reward, terminated, _, _ = stock.step(action)
+class Flown:
+    """One stock environment on its way through its episodes, and what it expects of the engine."""
+
+    def __init__(self, configuration: dict[str, Any], policy_name: str, seed: int) -> None:
+        stock = gym.make("LunarLander-v3", disable_env_checker=True, **configuration).unwrapped
+        assert isinstance(stock, LunarLander)
+        self.stock = stock
+        self.seed = seed
+        self.name = f"policy {policy_name}, seed {seed}"
+        self._make_policy = POLICIES[policy_name]
+        self._rng = np.random.default_rng(seed)
+        self.episode = -1
+        self.time = 0
+        self._ended_at: int | None = None
+        self.task = BEGIN
+
+    def choose(self) -> int | np.ndarray:
+        """The next action, before anything is stepped."""
+        if self.task != STEP:
+            return np.zeros(2, np.float32) if self.stock.continuous else 0
+        action = self._policy(self.time, self._o)
+        return continuous_action(action, self._rng) if self.stock.continuous else action
+
+    def advance(self, report: Report, action: int | np.ndarray) -> tuple[np.ndarray, float, bool]:
+        """Fly stock by its task, and choose the next task."""
+        if self.task == BEGIN:
+            self.episode += 1
+            self.time, self._ended_at = 0, None
+            self._policy = self._make_policy(self._rng)
+            self._o, _ = self.stock.reset(seed=self.seed if self.episode == 0 else None)
+            self.task = STEP
+            return self._o, 0.0, False
+        self._o, reward, terminated, _, _ = self.stock.step(action)
         report.steps += 1
-        got = engine.step(action)
-        found = difference(stock, engine, (o, reward, terminated), got)
-        yield f"step {t}: {found}" if found else None
-        if ended_at is None and terminated:
-            ended_at = t
-            report.outcomes[outcome(stock, terminated=True)] += 1
-    if ended_at is None:
-        report.outcomes["timed out"] += 1
-    report.episodes += 1
+        if self._ended_at is None and terminated:
+            self._ended_at = self.time
+            report.outcomes[outcome(self.stock, terminated=True)] += 1
+        self.time += 1
+        last = MAX_EPISODE_STEPS if self._ended_at is None else self._ended_at + STEPS_AFTER_THE_END
+        if self.time >= last:
+            if self._ended_at is None:
+                report.outcomes["timed out"] += 1
+            report.episodes += 1
+            self.task = BEGIN if self.episode + 1 < NUM_EPISODES else NOTHING
+        return self._o, float(reward), terminated
 
 
 def compare(
-    report: Report, configuration: dict[str, Any], policy_name: str, seed: int, where: str = ""
-) -> None:
-    """Two episodes of one seed, the second after a reset without a seed."""
-    stock = gym.make("LunarLander-v3", disable_env_checker=True, **configuration).unwrapped
-    assert isinstance(stock, LunarLander)
-    engine = Lander(**configuration)
-    rng = np.random.default_rng(seed)
-    for episode, episode_seed in enumerate((seed, None)):
-        policy = POLICIES[policy_name](rng)
-        for found in fly(report, stock, engine, policy, rng, episode_seed):
+    configuration: dict[str, Any], seeds: Iterable[int], num_threads: int = 1, where: str = ""
+) -> Report:
+    """Every policy with every seed, all of them side by side in one batch of the engine."""
+    report = Report()
+    flown = [Flown(configuration, policy_name, seed) for seed in seeds for policy_name in POLICIES]
+    count = len(flown)
+    batch = Batch(count, num_threads=num_threads, **configuration)
+    for i, each in enumerate(flown):
+        batch.seed(i, each.seed)
+    continuous = configuration.get("continuous", False)
+    actions = np.zeros((count, 2), np.float32) if continuous else np.zeros(count, np.int64)
+    observations, rewards = np.zeros((count, 8), np.float32), np.zeros(count)
+    terminated = np.zeros(count, np.bool_)
+    while any(each.task != NOTHING for each in flown):
+        tasks = np.array([each.task for each in flown], np.uint8)
+        for i, each in enumerate(flown):
+            actions[i] = each.choose()
+        batch.step(actions, observations, rewards, terminated, tasks)
+        states = read_states(batch)
+        for i, each in enumerate(flown):
+            if tasks[i] == NOTHING:
+                continue
+            time_before = each.time
+            expected = each.advance(report, actions[i] if continuous else int(actions[i]))
+            got = observations[i], rewards[i], terminated[i]
+            found = difference(each.stock, expected, got, states, i)
+            if found is None and tasks[i] == BEGIN:
+                found = start_difference(each.stock, expected[0], got[0], read_terrain(batch, i))
             if found is not None:
                 report.difference = (
-                    f"{where}policy {policy_name}, seed {seed}, episode {episode}, {found}"
+                    f"{where}{each.name}, episode {each.episode}, step {time_before}: {found}"
                 )
-                return
-    report.add_coverage(engine.coverage)
+                return report
+    report.add_coverage(batch.coverage())
+    return report
+
+
+SEEDS_OF_A_JOB = 3
+
+
+def compare_job(name: str, first_seed: int) -> tuple[str, Report]:
+    seeds = range(first_seed, first_seed + SEEDS_OF_A_JOB)
+    return name, compare(CONFIGURATIONS[name], seeds, where=f"{name}, ")
 
 
 def survey(num_steps: int, first_seed: int = 0) -> dict[str, Report]:
-    """All policies in all configurations, seed after seed, until that many steps are compared."""
+    """All policies in all configurations, on all cores, until so many steps are compared."""
     reports = {name: Report() for name in CONFIGURATIONS}
-    for seed in itertools.count(first_seed):
-        for name, configuration in CONFIGURATIONS.items():
-            for policy_name in POLICIES:
-                compare(reports[name], configuration, policy_name, seed, f"{name}, ")
-                if reports[name].difference is not None:
-                    return reports
-        if sum(report.steps for report in reports.values()) >= num_steps:
-            return reports
-    raise AssertionError
+    jobs = (
+        (name, seed)
+        for seed in itertools.count(first_seed, SEEDS_OF_A_JOB)
+        for name in CONFIGURATIONS
+    )
+    num_workers = os.cpu_count() or 1
+    console = Console(stderr=True)
+    columns = (TextColumn("steps"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with (
+        Progress(*columns, console=console, disable=not console.is_terminal) as progress,
+        ProcessPoolExecutor(num_workers, multiprocessing.get_context("spawn")) as pool,
+    ):
+        task = progress.add_task("", total=num_steps)
+        total = 0
+        running = set()
+        while total < num_steps or running:
+            while total < num_steps and len(running) < num_workers:
+                running.add(pool.submit(compare_job, *next(jobs)))
+            done, running = wait(running, return_when=FIRST_COMPLETED)
+            for name, report in (future.result() for future in done):
+                reports[name].add(report)
+                total += report.steps
+                if report.difference is not None:
+                    num_steps = 0  # no more jobs
+            progress.update(task, completed=min(total, num_steps))
+    return reports
 
 
 def summary(reports: dict[str, Report]) -> str:
     lines = []
-    total: Counter[str] = Counter()
+    total = Report()
     for name, report in reports.items():
         outcomes = ", ".join(f"{n} {what}" for what, n in report.outcomes.most_common())
         lines.append(
             f"{name:18} {report.steps:>10,} steps {report.episodes:>6,} episodes  {outcomes}"
         )
-        for what, count in report.coverage.items():
-            most = what.startswith("most_")
-            total[what] = max(total[what], count) if most else total[what] + count
-    lines += ["", *(f"{what:28} {count:>12,}" for what, count in total.items()), ""]
-    lines.append(f"{sum(r.steps for r in reports.values()):,} steps compared")
+        total.add(report)
+    lines += ["", *(f"{what:28} {count:>12,}" for what, count in total.coverage.items()), ""]
+    lines.append(f"{total.steps:,} steps compared, {simd()}")
     differences = [report.difference for report in reports.values() if report.difference]
     return "\n".join(lines + (differences or ["no difference"])) + "\n"
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("num_steps", type=int)
-    parser.add_argument("--first-seed", type=int, default=0)
+    parser.add_argument("num_steps", type=int, help="how many steps to compare at least")
+    parser.add_argument("--first-seed", type=int, default=0, help="the environments' first seed")
     arguments = parser.parse_args()
+    if arguments.num_steps < 1:
+        parser.error(f"num_steps = {arguments.num_steps}: must be at least 1")
+    if arguments.first_seed < 0:
+        parser.error(f"--first-seed = {arguments.first_seed}: must be 0 or more")
     reports = survey(arguments.num_steps, arguments.first_seed)
     sys.stdout.write(summary(reports))
     return int(any(report.difference for report in reports.values()))

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -48,13 +47,9 @@ inline Config checked_config(bool continuous, double gravity, bool enable_wind, 
           .enable_wind = enable_wind};
 }
 
-// A lander that never had a seed takes one from the system, as Gymnasium does.
-inline void seed_or_go_on(Lander& lander, const std::optional<nb::int_>& given) {
-  if (given) {
-    seed(lander, entropy(*given));
-  } else if (lander.seeded == 0) {
-    seed(lander, entropy(nb::int_(nb::module_::import_("secrets").attr("randbits")(128))));
-  }
+// For a lander that never had a seed, as Gymnasium does it.
+inline std::vector<std::uint32_t> entropy_of_the_system() {
+  return entropy(nb::int_(nb::module_::import_("secrets").attr("randbits")(128)));
 }
 
 }  // namespace touchdown

@@ -2,56 +2,89 @@
 
 #include <algorithm>
 #include <atomic>
-#include <thread>
-#include <vector>
+#include <cstddef>
 
 namespace touchdown {
 
-void step(std::span<Lander> landers, std::span<const Throttle> throttles,
-          std::span<const Task> tasks, const Results& results, std::span<LaneQueue> queues) {
-  constexpr std::size_t chunk = 64;  // landers that a thread takes at a time
-  std::atomic<std::size_t> next{0};
+namespace {
 
-  const auto finish = [&](std::size_t i, bool solved, Solving& solving) {
-    const bool begins = tasks[i] == Task::kBegin;
-    const Transition transition = finish_step(landers[i], solved, solving);
-    std::copy(transition.observation.begin(), transition.observation.end(),
-              results.observations + i * kObservationSize);
-    results.rewards[i] = begins ? 0.0 : transition.reward;
-    results.terminated[i] = !begins && transition.terminated;
-  };
-  const auto finish_pending = [&](Pending& pending) {
-    finish(pending.index, true, pending.solving);
-  };
-  const auto begin = [&](std::size_t i, LaneQueue& queue) {
-    if (tasks[i] == Task::kNothing) return;
-    Pending& pending = queue.take();
+// Brings in what the beginning of a step reads; the rest of the world is far behind it.
+void prefetch(const Lander& lander) {
+  constexpr std::size_t line = 64;
+  const auto* const bytes = reinterpret_cast<const char*>(&lander);
+  for (std::size_t i = 0; i < offsetof(Lander, world) + offsetof(World, terrain); i += line) {
+    __builtin_prefetch(bytes + i);
+  }
+}
+
+// One thread's share of a step of the batch.
+class Worker {
+ public:
+  Worker(std::span<Lander> landers, std::span<const Throttle> throttles,
+         std::span<const Task> tasks, const Results& results, Workspace& workspace)
+      : landers_(landers),
+        throttles_(throttles),
+        tasks_(tasks),
+        results_(results),
+        queue_(workspace.queue),
+        coverage_(workspace.coverage) {}
+
+  void begin(std::size_t i) {
+    if (i + 1 < landers_.size()) prefetch(landers_[i + 1]);
+    if (tasks_[i] == Task::kNothing) return;
+    Pending& pending = queue_.take();
     pending.index = i;
     Solving& solving = pending.solving;
-    const bool solves = tasks[i] == Task::kBegin ? begin_episode(landers[i], solving)
-                                                 : begin_step(landers[i], throttles[i], solving);
+    const bool solves = tasks_[i] == Task::kBegin
+                            ? begin_episode(landers_[i], solving, coverage_)
+                            : begin_step(landers_[i], throttles_[i], solving, coverage_);
     if (solves) {
-      queue.add(pending, finish_pending);
+      queue_.add(pending, [this](Pending& solved) { finish(solved, true); });
     } else {
-      finish(i, false, solving);
-      queue.give_back(pending);
+      finish(pending, false);
+      queue_.give_back(pending);
     }
-  };
-  const auto work = [&](LaneQueue& queue) {
+  }
+
+  void end() {
+    queue_.flush([this](Pending& solved) { finish(solved, true); });
+  }
+
+ private:
+  void finish(Pending& pending, bool solved) {
+    const std::size_t i = pending.index;
+    const bool begins = tasks_[i] == Task::kBegin;
+    const Transition transition = finish_step(landers_[i], solved, pending.solving, coverage_);
+    std::copy(transition.observation.begin(), transition.observation.end(),
+              results_.observations + i * kObservationSize);
+    results_.rewards[i] = begins ? 0.0 : transition.reward;
+    results_.terminated[i] = !begins && transition.terminated;
+  }
+
+  std::span<Lander> landers_;
+  std::span<const Throttle> throttles_;
+  std::span<const Task> tasks_;
+  const Results& results_;
+  LaneQueue& queue_;
+  Coverage& coverage_;
+};
+
+}  // namespace
+
+void step(std::span<Lander> landers, std::span<const Throttle> throttles,
+          std::span<const Task> tasks, const Results& results, std::span<Workspace> workspaces,
+          Workers& workers) {
+  constexpr std::size_t chunk = 16;  // landers that a thread takes at a time
+  std::atomic<std::size_t> next{0};
+  workers.run((landers.size() + chunk - 1) / chunk, [&](std::size_t number) {
+    Worker worker(landers, throttles, tasks, results, workspaces[number]);
     for (std::size_t first = next.fetch_add(chunk); first < landers.size();
          first = next.fetch_add(chunk)) {
-      const std::size_t end = std::min(first + chunk, landers.size());
-      for (std::size_t i = first; i < end; ++i) begin(i, queue);
+      const std::size_t last = std::min(first + chunk, landers.size());
+      for (std::size_t i = first; i < last; ++i) worker.begin(i);
     }
-    queue.flush(finish_pending);
-  };
-
-  const std::size_t num_threads = std::min(queues.size(), (landers.size() + chunk - 1) / chunk);
-  std::vector<std::jthread> others;
-  for (std::size_t i = 1; i < num_threads; ++i) {
-    others.emplace_back([&work, &queue = queues[i]] { work(queue); });
-  }
-  work(queues.front());
+    worker.end();
+  });
 }
 
 }  // namespace touchdown

@@ -7,6 +7,7 @@
 
 #include "lander.hpp"
 #include "lane_queue.hpp"
+#include "workers.hpp"
 
 namespace touchdown {
 
@@ -22,9 +23,16 @@ struct Results {
   bool* terminated;     // [N]
 };
 
-// Gives each lander its task. `throttles` and `tasks` have one entry a lander, and every queue gets a
-// thread of its own. Results depend neither on who else is in the batch nor on the threads.
+// What one thread needs from step to step.
+struct Workspace {
+  LaneQueue queue;
+  Coverage coverage{};
+};
+
+// Gives each lander its task. `throttles` and `tasks` have one entry a lander, and there is a
+// workspace for each worker. Results depend neither on who else is in the batch nor on the workers.
 void step(std::span<Lander> landers, std::span<const Throttle> throttles,
-          std::span<const Task> tasks, const Results& results, std::span<LaneQueue> queues);
+          std::span<const Task> tasks, const Results& results, std::span<Workspace> workspaces,
+          Workers& workers);
 
 }  // namespace touchdown

@@ -1,110 +1,191 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <initializer_list>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "arguments.hpp"
-#include "batch_bindings.hpp"
+#include "batch.hpp"
 #include "lander.hpp"
+#include "lane_solver.hpp"
 #include "snapshot.hpp"
 
-namespace nb = nanobind;
-using namespace nb::literals;
+using namespace nanobind::literals;
 
 namespace touchdown {
 namespace {
 
+template <typename T, typename... Shape>
+using Array = nb::ndarray<T, nb::numpy, nb::device::cpu, nb::c_contig, Shape...>;
 template <typename T>
-nb::object array(const std::vector<T>& values, std::initializer_list<std::size_t> shape) {
-  T* data = new T[values.size()];
-  std::copy(values.begin(), values.end(), data);
-  nb::capsule owner(data, [](void* p) noexcept { delete[] static_cast<T*>(p); });
-  return nb::cast(nb::ndarray<nb::numpy, T>(data, shape, owner));
+using Vector = Array<T, nb::shape<-1>>;
+using Observations = Array<float, nb::shape<-1, kObservationSize>>;
+using DiscreteActions = Vector<const std::int64_t>;
+using ContinuousActions = Array<const float, nb::shape<-1, 2>>;
+
+// Landers that are stepped together, and what a step needs.
+struct Batch {
+  Batch(std::size_t count, std::size_t num_threads, const Config& config)
+      : landers(count, make_lander(config)),
+        throttles(count),
+        tasks(count),
+        workspaces(num_threads),
+        workers(num_threads) {}
+  Batch(const Batch&) = delete;
+  Batch& operator=(const Batch&) = delete;
+
+  std::vector<Lander> landers;
+  std::vector<Throttle> throttles;
+  std::vector<Task> tasks;
+  std::vector<Workspace> workspaces;
+  Workers workers;
+};
+
+[[noreturn]] void refuse(const std::string& complaint) { throw nb::value_error(complaint.c_str()); }
+
+void need_rows(const Batch& batch, std::size_t rows, const char* name) {
+  if (rows == batch.landers.size()) return;
+  refuse(std::string(name) + " has " + std::to_string(rows) + " rows, must have " +
+         std::to_string(batch.landers.size()));
 }
 
-nb::object to_array(const Observation& observation) {
-  return array(std::vector<float>(observation.begin(), observation.end()), {observation.size()});
+std::size_t need_positive(std::int64_t value, const char* name) {
+  if (value < 1) refuse(std::string(name) + " = " + std::to_string(value) + ": must be at least 1");
+  return static_cast<std::size_t>(value);
 }
 
-[[noreturn]] void refuse(const char* wanted, nb::handle action) {
-  throw nb::value_error(
-      ("an action is " + std::string(wanted) + ", got " + nb::repr(action).c_str()).c_str());
-}
-
-Throttle throttle_of(const Config& config, nb::handle action) {
-  if (config.continuous == 0) {
-    const char* wanted = "a whole number from 0 to 3";
-    std::int64_t number = -1;
-    if (!nb::try_cast(action, number) || number < 0 || number >= kNumActions) {
-      refuse(wanted, action);
-    }
-    return discrete_throttle(static_cast<int>(number));
+Lander& lander_at(Batch& batch, std::int64_t index) {
+  if (index < 0 || index >= static_cast<std::int64_t>(batch.landers.size())) {
+    throw nb::index_error(("index " + std::to_string(index) + ": must be from 0 to " +
+                           std::to_string(batch.landers.size() - 1))
+                              .c_str());
   }
-  const char* wanted = "a pair of numbers (main engine, side engine)";
-  float pair[2];
-  if (nb::ndarray<const float, nb::shape<2>, nb::device::cpu> values;
-      nb::try_cast(action, values)) {
-    pair[0] = values(0);
-    pair[1] = values(1);
-  } else if (nb::isinstance<nb::sequence>(action) && nb::len(action) == 2) {
-    for (std::size_t i = 0; i < 2; ++i) {
-      if (!nb::try_cast(action[i], pair[i])) refuse(wanted, action);
-    }
+  return batch.landers[static_cast<std::size_t>(index)];
+}
+
+void set_tasks(Batch& batch, const std::optional<Vector<const std::uint8_t>>& tasks) {
+  if (!tasks) {
+    std::fill(batch.tasks.begin(), batch.tasks.end(), Task::kStep);
   } else {
-    refuse(wanted, action);
+    need_rows(batch, tasks->shape(0), "tasks");
+    for (std::size_t i = 0; i < batch.tasks.size(); ++i) {
+      const std::uint8_t task = (*tasks)(i);
+      if (task >= kNumTasks) {
+        refuse("tasks[" + std::to_string(i) + "] = " + std::to_string(task) +
+               ": must be 0 (nothing), 1 (step) or 2 (begin)");
+      }
+      batch.tasks[i] = static_cast<Task>(task);
+    }
   }
-  if (std::isnan(pair[0]) || std::isnan(pair[1])) refuse(wanted, action);
-  return continuous_throttle(pair[0], pair[1]);
-}
-
-nb::object reset_lander(Lander& lander, const std::optional<nb::int_>& seed_given) {
-  seed_or_go_on(lander, seed_given);
-  return to_array(reset(lander));
-}
-
-void need_start(const Lander& lander) {
-  if (lander.started == 0) throw std::runtime_error("reset the lander before its first step");
-}
-
-nb::tuple step_lander(Lander& lander, nb::handle action) {
-  need_start(lander);
-  const Transition t = step(lander, throttle_of(lander.config, action));
-  return nb::make_tuple(to_array(t.observation), t.reward, t.terminated);
-}
-
-template <typename Get>
-nb::object per_body(const Lander& lander, Get get) {
-  std::vector<float> values;
-  for (const Body& body : lander.world.bodies) values.push_back(get(body));
-  return array(values, {kNumBodies});
-}
-
-template <typename Get>
-nb::object per_body_xy(const Lander& lander, Get get) {
-  std::vector<float> values;
-  for (const Body& body : lander.world.bodies) {
-    values.push_back(get(body).x);
-    values.push_back(get(body).y);
+  for (std::size_t i = 0; i < batch.landers.size(); ++i) {
+    if (batch.tasks[i] == Task::kStep && batch.landers[i].started == 0) {
+      throw std::runtime_error("reset environment " + std::to_string(i) +
+                               " before its first step");
+    }
   }
-  return array(values, {kNumBodies, 2});
 }
 
-nb::object terrain_of(const Lander& lander) {
-  std::vector<double> points;
-  for (int i = 0; i < kNumHeights; ++i) {
-    points.push_back(kChunk * i);
-    points.push_back(lander.world.terrain.heights[i]);
+Throttle throttle_of(const DiscreteActions& actions, std::size_t i) {
+  const std::int64_t action = actions(i);
+  if (action < 0 || action >= kNumActions) {
+    refuse("actions[" + std::to_string(i) + "] = " + std::to_string(action) +
+           ": must be a whole number from 0 to 3");
   }
-  return array(points, {kNumHeights, 2});
+  return discrete_throttle(static_cast<int>(action));
+}
+
+Throttle throttle_of(const ContinuousActions& actions, std::size_t i) {
+  if (std::isnan(actions(i, 0)) || std::isnan(actions(i, 1))) {
+    refuse("actions[" + std::to_string(i) + "] is not a number: must be from -1 to 1");
+  }
+  return continuous_throttle(actions(i, 0), actions(i, 1));
+}
+
+template <typename Actions>
+void step_batch(Batch& batch, const Actions& actions, const Observations& observations,
+                const Vector<double>& rewards, const Vector<bool>& terminated,
+                const std::optional<Vector<const std::uint8_t>>& tasks) {
+  need_rows(batch, actions.shape(0), "actions");
+  need_rows(batch, observations.shape(0), "observations");
+  need_rows(batch, rewards.shape(0), "rewards");
+  need_rows(batch, terminated.shape(0), "terminated");
+  // All is looked at before anything moves.
+  set_tasks(batch, tasks);
+  for (std::size_t i = 0; i < batch.landers.size(); ++i) {
+    if (batch.tasks[i] == Task::kStep) batch.throttles[i] = throttle_of(actions, i);
+  }
+  for (std::size_t i = 0; i < batch.landers.size(); ++i) {
+    if (batch.tasks[i] == Task::kBegin && batch.landers[i].seeded == 0) {
+      seed(batch.landers[i], entropy_of_the_system());
+    }
+  }
+  const Results results{observations.data(), rewards.data(), terminated.data()};
+  const nb::gil_scoped_release released;
+  step(batch.landers, batch.throttles, batch.tasks, results, batch.workspaces,
+       batch.workers);
+}
+
+nb::bytes snapshot_one(Batch& batch, std::int64_t index) {
+  const auto bytes = snapshot(lander_at(batch, index));
+  return nb::bytes(bytes.data(), bytes.size());
+}
+
+void restore_one(Batch& batch, std::int64_t index, const nb::bytes& bytes) {
+  Lander& lander = lander_at(batch, index);
+  lander = restored({static_cast<const std::byte*>(bytes.data()), bytes.size()}, lander.config);
+}
+
+void copy_to(Batch& batch, std::int64_t from, const std::vector<std::int64_t>& to) {
+  const Lander source = lander_at(batch, from);
+  for (const std::int64_t index : to) lander_at(batch, index);
+  for (const std::int64_t index : to) lander_at(batch, index) = source;
+}
+
+constexpr std::size_t kBodyFloats = 6;
+
+void read_states(const Batch& batch, const Array<float, nb::shape<-1, kNumBodies, 6>>& bodies,
+                 const Array<bool, nb::shape<-1, kNumLegs>>& leg_contacts,
+                 const Vector<bool>& awake, const Array<double, nb::shape<-1, 3>>& engines) {
+  need_rows(batch, bodies.shape(0), "bodies");
+  need_rows(batch, leg_contacts.shape(0), "leg_contacts");
+  need_rows(batch, awake.shape(0), "awake");
+  need_rows(batch, engines.shape(0), "engines");
+  for (std::size_t i = 0; i < batch.landers.size(); ++i) {
+    const Lander& lander = batch.landers[i];
+    for (std::size_t j = 0; j < kNumBodies; ++j) {
+      const Body& body = lander.world.bodies[j];
+      const std::array<float, kBodyFloats> row{
+          body.transform.origin.x, body.transform.origin.y, body.sweep.angle,
+          body.velocity.x,         body.velocity.y,         body.spin};
+      std::copy(row.begin(), row.end(), &bodies(i, j, 0));
+    }
+    for (std::size_t j = 0; j < kNumLegs; ++j) {
+      leg_contacts(i, j) = lander.world.touches.legs[j] != 0;
+    }
+    awake(i) = lander.world.bodies[kHull].awake != 0;
+    engines(i, 0) = lander.throttle.main;
+    engines(i, 1) = lander.throttle.side * lander.throttle.direction;
+    engines(i, 2) = lander.fuel;
+  }
+}
+
+void read_terrain(Batch& batch, std::int64_t index,
+                  const Array<double, nb::shape<kNumHeights, 2>>& points) {
+  const Lander& lander = lander_at(batch, index);
+  for (std::size_t i = 0; i < kNumHeights; ++i) {
+    points(i, 0) = kChunk * static_cast<double>(i);
+    points(i, 1) = lander.world.terrain.heights[i];
+  }
 }
 
 template <std::size_t N>
@@ -114,8 +195,9 @@ nb::tuple counts(const std::array<std::uint64_t, N>& values) {
   return nb::tuple(list);
 }
 
-nb::dict coverage_of(const Lander& lander) {
-  const Coverage& c = lander.coverage;
+nb::dict coverage_of(const Batch& batch) {
+  Coverage c{};
+  for (const Workspace& workspace : batch.workspaces) c += workspace.coverage;
   nb::dict d;
   d["steps"] = c.steps;
   d["steps_with_impacts"] = counts(c.steps_with_impacts);
@@ -134,15 +216,6 @@ nb::dict coverage_of(const Lander& lander) {
   return d;
 }
 
-nb::bytes snapshot_lander(const Lander& lander) {
-  const auto bytes = snapshot(lander);
-  return nb::bytes(bytes.data(), bytes.size());
-}
-
-void restore_lander(Lander& lander, const nb::bytes& bytes) {
-  lander = restored({static_cast<const std::byte*>(bytes.data()), bytes.size()}, lander.config);
-}
-
 }  // namespace
 
 NB_MODULE(_engine, m) {
@@ -155,57 +228,50 @@ NB_MODULE(_engine, m) {
       .def("uniform", &Pcg64::uniform, "low"_a, "high"_a)
       .def("integers", &Pcg64::integers, "low"_a, "high"_a, "A whole number in [low, high).");
 
-  nb::class_<Lander>(m, "Lander", "One environment: stock's step and reset without the time limit.")
+  nb::class_<Batch>(m, "Batch",
+                    "Landers stepped together, in SIMD lanes; each flies as it would alone.")
       .def(
           "__init__",
-          [](Lander* lander, bool continuous, double gravity, bool enable_wind, double wind_power,
-             double turbulence_power) {
-            new (lander)
-                Lander(make_lander(checked_config(
-                    continuous, gravity, enable_wind, wind_power, turbulence_power)));
+          [](Batch* batch, std::int64_t num_envs, std::int64_t num_threads, bool continuous,
+             double gravity, bool enable_wind, double wind_power, double turbulence_power) {
+            const std::size_t count = need_positive(num_envs, "num_envs");
+            const std::size_t threads = need_positive(num_threads, "num_threads");
+            new (batch) Batch(
+                count, threads,
+                checked_config(continuous, gravity, enable_wind, wind_power, turbulence_power));
           },
-          nb::kw_only(), "continuous"_a = false, "gravity"_a = -10.0, "enable_wind"_a = false,
-          "wind_power"_a = 15.0, "turbulence_power"_a = 1.5)
-      .def("reset", &reset_lander, "seed"_a = nb::none(),
-           "Starts an episode; without a seed the stream of random numbers goes on.")
-      .def("step", &step_lander, "action"_a.none(), "Gives (observation, reward, terminated).")
-      .def("snapshot", &snapshot_lander, "The whole state as bytes.")
-      .def("restore", &restore_lander, "snapshot"_a,
-           "Takes a state from bytes; ValueError if they are not a lander of these settings.")
-      .def_prop_ro(
-          "origins",
-          [](const Lander& l) {
-            return per_body_xy(l, [](const Body& b) { return b.transform.origin; });
+          "num_envs"_a, nb::kw_only(), "num_threads"_a = 1, "continuous"_a = false,
+          "gravity"_a = -10.0, "enable_wind"_a = false, "wind_power"_a = 15.0,
+          "turbulence_power"_a = 1.5)
+      .def("__len__", [](const Batch& batch) { return batch.landers.size(); })
+      .def(
+          "seed",
+          [](Batch& batch, std::int64_t index, const nb::int_& seed_given) {
+            seed(lander_at(batch, index), entropy(seed_given));
           },
-          "Positions of hull, leg 0 and leg 1 in metres, [3, 2].")
-      .def_prop_ro(
-          "angles",
-          [](const Lander& l) { return per_body(l, [](const Body& b) { return b.sweep.angle; }); },
-          "Radians, [3].")
-      .def_prop_ro(
-          "velocities",
-          [](const Lander& l) { return per_body_xy(l, [](const Body& b) { return b.velocity; }); },
-          "Of the centres of mass, metres a second, [3, 2].")
-      .def_prop_ro(
-          "spins",
-          [](const Lander& l) { return per_body(l, [](const Body& b) { return b.spin; }); },
-          "Radians a second, [3].")
-      .def_prop_ro("leg_contacts",
-                   [](const Lander& l) {
-                     const auto& legs = l.world.touches.legs;
-                     return nb::make_tuple(legs[0] != 0, legs[1] != 0);
-                   })
-      .def_prop_ro("awake", [](const Lander& l) { return l.world.bodies[kHull].awake != 0; })
-      .def_prop_ro("terrain", &terrain_of, "Points of the surface from left to right, [11, 2].")
-      .def_prop_ro(
-          "engine_powers",
-          [](const Lander& l) {
-            return nb::make_tuple(l.throttle.main, l.throttle.side * l.throttle.direction);
-          },
-          "Main and side engine in the last step; the side's sign is its direction.")
-      .def_prop_ro("coverage", &coverage_of, "Counts of rare paths since the lander was made.");
+          "index"_a, "seed"_a, "Starts one lander's stream of random numbers anew.")
+      .def("step", &step_batch<DiscreteActions>, "actions"_a.noconvert(),
+           "observations"_a.noconvert(), "rewards"_a.noconvert(), "terminated"_a.noconvert(),
+           "tasks"_a.noconvert() = nb::none(),
+           "Writes in place what comes of each lander's task: 0 nothing, 1 a step, 2 a new episode.")
+      .def("step", &step_batch<ContinuousActions>, "actions"_a.noconvert(),
+           "observations"_a.noconvert(), "rewards"_a.noconvert(), "terminated"_a.noconvert(),
+           "tasks"_a.noconvert() = nb::none())
+      .def("snapshot", &snapshot_one, "index"_a, "The whole state of one lander as bytes.")
+      .def("restore", &restore_one, "index"_a, "snapshot"_a,
+           "Takes one lander's state from bytes; ValueError if they are not one of these settings.")
+      .def("copy", &copy_to, "index"_a, "to"_a, "Copies one lander's state to others.")
+      .def("states", &read_states, "bodies"_a.noconvert(), "leg_contacts"_a.noconvert(),
+           "awake"_a.noconvert(), "engines"_a.noconvert(),
+           "Writes x, y, angle and their rates of hull, leg 0 and leg 1 [N, 3, 6], what stock says "
+           "of the legs [N, 2], whether the hull is awake [N], and the last step's main and side "
+           "throttle with the episode's fuel [N, 3].")
+      .def("terrain", &read_terrain, "index"_a, "points"_a.noconvert(),
+           "Writes the points of one lander's surface from left to right, metres, [11, 2].")
+      .def("coverage", &coverage_of, "Counts of the rare paths taken since the batch was made.");
 
-  bind_batch(m);
+  m.def("simd", [] { return std::string(kernel().name); },
+        "The instruction set that landers are computed with.");
   m.attr("HELIPAD") = nb::make_tuple(kHelipadLeft, kHelipadRight, kHelipadHeight);
 }
 

@@ -27,8 +27,8 @@ struct Contact {
 };
 
 struct Contacts {
-  std::array<Contact, kMaxContacts> items;  // the oldest first
   std::int32_t count;
+  std::array<Contact, kMaxContacts> items;  // the oldest first
 };
 
 // What stock's listener keeps. Its rules are coarser than the truth: a leg that leaves one edge

@@ -1,8 +1,11 @@
 // Counts of the rare paths a flight took: an exactness test that never went there proves nothing.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 #include "rows.hpp"
 
@@ -26,6 +29,18 @@ struct Coverage {
   std::uint64_t woke_up;
   std::uint64_t one_leg_steps;
   std::uint64_t most_pairs;
+
+  Coverage& operator+=(const Coverage& other) {
+    const std::uint64_t most = std::max(most_pairs, other.most_pairs);
+    std::array<std::uint64_t, sizeof(Coverage) / sizeof(std::uint64_t)> mine;
+    auto theirs = mine;
+    std::memcpy(&mine, this, sizeof(mine));
+    std::memcpy(&theirs, &other, sizeof(theirs));
+    for (std::size_t i = 0; i < mine.size(); ++i) mine[i] += theirs[i];
+    std::memcpy(static_cast<void*>(this), &mine, sizeof(mine));
+    most_pairs = most;
+    return *this;
+  }
 };
 
 }  // namespace touchdown

@@ -81,7 +81,7 @@ inline JointRow prepare(Joint& joint, const JointShape& shape, Poses& poses, Vel
   row.yz_cross_z = row.xy * row.yz - row.yy * row.xz;
   const float determinant_3 =
       row.xx * row.yz_cross_x + row.xy * row.yz_cross_y + row.xz * row.yz_cross_z;
-  row.inverse_determinant_3 = determinant_3 != 0.0f ? 1.0f / determinant_3 : determinant_3;
+  row.minus_inverse_determinant_3 = -(determinant_3 != 0.0f ? 1.0f / determinant_3 : determinant_3);
   const float determinant_2 = row.xx * row.yy - row.xy * row.xy;
   row.inverse_determinant_2 = determinant_2 != 0.0f ? 1.0f / determinant_2 : determinant_2;
 

@@ -124,7 +124,7 @@ void seed(Lander& lander, std::span<const std::uint32_t> entropy) {
   lander.seeded = 1;
 }
 
-bool begin_episode(Lander& lander, Solving& solving) {
+bool begin_episode(Lander& lander, Solving& solving, Coverage& coverage) {
   const Terrain terrain = make_terrain(lander.rng);
   lander.world = make_world(terrain, static_cast<float>(lander.config.gravity));
   const double force_x = lander.rng.uniform(-kInitialForce, kInitialForce);
@@ -136,21 +136,21 @@ bool begin_episode(Lander& lander, Solving& solving) {
   }
   lander.fuel = 0.0;
   lander.started = 1;
-  return begin_step(lander, {}, solving);
+  return begin_step(lander, {}, solving, coverage);
 }
 
-bool begin_step(Lander& lander, const Throttle& throttle, Solving& solving) {
+bool begin_step(Lander& lander, const Throttle& throttle, Solving& solving, Coverage& coverage) {
   apply_wind(lander);
   apply_engines(lander, throttle);
   lander.throttle = throttle;
-  return begin_step(lander.world, solving, lander.coverage);
+  return begin_step(lander.world, solving, coverage);
 }
 
-Transition finish_step(Lander& lander, bool solved, Solving& solving) {
-  finish_step(lander.world, solved, solving, lander.coverage);
+Transition finish_step(Lander& lander, bool solved, Solving& solving, Coverage& coverage) {
+  finish_step(lander.world, solved, solving, coverage);
 
   const auto state = observe(lander.world);
-  if (state[6] + state[7] == 1.0) ++lander.coverage.one_leg_steps;
+  if (state[6] + state[7] == 1.0) ++coverage.one_leg_steps;
   const double before = lander.shaping;
   lander.shaping = potential(state);
 

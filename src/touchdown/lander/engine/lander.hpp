@@ -48,16 +48,15 @@ struct Transition {
 // Everything about one environment, and no pointer in it: copying its bytes is a snapshot.
 struct Lander {
   Config config;
+  std::uint32_t seeded;
+  std::uint32_t started;
   Pcg64 rng;
-  World world;
   std::int64_t wind_index;
   std::int64_t torque_index;
   double shaping;     // the potential whose differences are the reward
   Throttle throttle;  // of the last step
   double fuel;        // return points that the engines have cost in this episode
-  Coverage coverage;
-  std::uint32_t seeded;
-  std::uint32_t started;
+  World world;        // last, for its own end is rarely looked at
 };
 static_assert(std::is_trivially_copyable_v<Lander>);
 
@@ -68,12 +67,12 @@ void seed(Lander& lander, std::span<const std::uint32_t> entropy);
 
 // A step in two halves, for whoever does the velocity iterations between them: the first says whether
 // there are any to do.
-bool begin_step(Lander& lander, const Throttle& throttle, Solving& solving);
-Transition finish_step(Lander& lander, bool solved, Solving& solving);
+bool begin_step(Lander& lander, const Throttle& throttle, Solving& solving, Coverage& coverage);
+Transition finish_step(Lander& lander, bool solved, Solving& solving, Coverage& coverage);
 
 // Instead of `begin_step`: starts an episode from where the stream of random numbers is, and begins
 // the step that stock takes before anyone sees the world.
-bool begin_episode(Lander& lander, Solving& solving);
+bool begin_episode(Lander& lander, Solving& solving, Coverage& coverage);
 
 // Whether every index and count in a lander that came from outside is in range.
 bool is_sound(const Lander& lander);

@@ -19,6 +19,24 @@ struct Lanes {
 template <int W>
 using Floats = typename Lanes<W>::Float;
 
+// The lesser of two, lane by lane; the second where neither is, be it for a zero's sign. x86 has
+// instructions that do just this, which compilers do not see in a selection.
+#if defined(__x86_64__)
+inline __m128 smaller(__m128 a, __m128 b) { return _mm_min_ps(a, b); }
+inline __m128 larger(__m128 a, __m128 b) { return _mm_max_ps(a, b); }
+#if defined(__AVX2__)
+inline __m256 smaller(__m256 a, __m256 b) { return _mm256_min_ps(a, b); }
+inline __m256 larger(__m256 a, __m256 b) { return _mm256_max_ps(a, b); }
+#endif
+#if defined(__AVX512F__)
+inline __m512 smaller(__m512 a, __m512 b) { return _mm512_min_ps(a, b); }
+inline __m512 larger(__m512 a, __m512 b) { return _mm512_max_ps(a, b); }
+#endif
+#else
+inline Floats<4> smaller(Floats<4> a, Floats<4> b) { return a < b ? a : b; }
+inline Floats<4> larger(Floats<4> a, Floats<4> b) { return a > b ? a : b; }
+#endif
+
 constexpr bool any(bool condition) { return condition; }
 constexpr bool all(bool condition) { return condition; }
 

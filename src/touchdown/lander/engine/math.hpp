@@ -8,6 +8,8 @@
 #include <cfloat>
 #include <cmath>
 
+#include "lanes.hpp"
+
 namespace touchdown {
 
 inline constexpr float kEpsilon = FLT_EPSILON;
@@ -56,11 +58,11 @@ constexpr F cross(Vec<F> a, Vec<F> b) {
 }
 template <typename F>
 constexpr Vec<F> cross(Vec<F> a, F s) {
-  return {s * a.y, -s * a.x};
+  return {s * a.y, -(s * a.x)};
 }
 template <typename F>
 constexpr Vec<F> cross(F s, Vec<F> a) {
-  return {-s * a.y, s * a.x};
+  return {-(s * a.y), s * a.x};
 }
 
 inline float length(Vec2 a) { return std::sqrt(a.x * a.x + a.y * a.y); }
@@ -75,15 +77,10 @@ inline float normalize(Vec2& a) {
   return norm;
 }
 
-// Not std::min and std::max: of two zeros that differ in sign, the second is taken.
-template <typename F>
-constexpr F smaller(F a, F b) {
-  return a < b ? a : b;
-}
-template <typename F>
-constexpr F larger(F a, F b) {
-  return a > b ? a : b;
-}
+// Not std::min and std::max: of two zeros that differ in sign, the second is taken. So do the
+// instructions that lanes have for this (lanes.hpp).
+constexpr float smaller(float a, float b) { return a < b ? a : b; }
+constexpr float larger(float a, float b) { return a > b ? a : b; }
 template <typename F>
 constexpr F clamp(F a, F low, F high) {
   return larger(low, smaller(a, high));

@@ -58,7 +58,7 @@ struct BasicJointRow {
   F xx, xy, yy, xz, yz, zz;
   F yz_cross_x, yz_cross_y, yz_cross_z;  // the cross product of its second and third columns
   F inverse_determinant_2;               // of the upper two rows and columns
-  F inverse_determinant_3;
+  F minus_inverse_determinant_3;
   F motor_mass;
   F motor_speed;
   F stop_side;  // at a stop: 1 at the lower one, -1 at the upper
@@ -123,7 +123,10 @@ inline constexpr std::size_t kJointFloats =
 inline constexpr std::size_t kContactFloats =
     offsetof(BasicContactRow<float>, cases_seen) / sizeof(float);
 
-// The impulse that makes the hinge's points move alike, whatever the turning.
+// Negations are taken into what follows them where that changes no bit: a + -b is a - b, and -a * b
+// is -(a * b). But -(a - b) is not b - a, for where a equals b their zeros differ.
+
+// The impulse that gives the hinge's points this relative velocity, whatever the turning.
 template <typename F>
 constexpr Vec<F> solve_point(const BasicJointRow<F>& row, Vec<F> v) {
   return {row.inverse_determinant_2 * (row.yy * v.x - row.xy * v.y),
@@ -145,36 +148,39 @@ template <typename F>
     const F most = broadcast<F>(kMaxMotorImpulse);
     const F error = b.angular - a.angular - row.motor_speed;
     const F before = row.motor_impulse;
-    row.motor_impulse = clamp(before + -row.motor_mass * error, -most, most);
+    row.motor_impulse = clamp(before - row.motor_mass * error, -most, most);
     const F impulse = row.motor_impulse - before;
     a.angular -= ia * impulse;
     b.angular += ib * impulse;
   }
 
-  const Vec<F> slip =
-      b.linear + cross(b.angular, row.leg_arm) - a.linear - cross(a.angular, row.hull_arm);
+  const Vec<F> slip{
+      b.linear.x - b.angular * row.leg_arm.y - a.linear.x + a.angular * row.hull_arm.y,
+      b.linear.y + b.angular * row.leg_arm.x - a.linear.y - a.angular * row.hull_arm.x};
   Vec<F> impulse;
   if (!row.at_stop) {
-    impulse = solve_point(row, -slip);
+    // What `solve_point` gives for -slip.
+    impulse = {row.inverse_determinant_2 * (row.xy * slip.y - row.yy * slip.x),
+               row.inverse_determinant_2 * (row.xy * slip.x - row.xx * slip.y)};
     row.impulse += impulse;
     a.angular -= ia * cross(row.hull_arm, impulse);
     b.angular += ib * cross(row.leg_arm, impulse);
   } else {
-    // Cramer's rule, and all three signs turned at the end.
+    // Cramer's rule.
     const F spin = b.angular - a.angular;
-    const F d = row.inverse_determinant_3;
-    impulse.x = -(d * (slip.x * row.yz_cross_x + slip.y * row.yz_cross_y + spin * row.yz_cross_z));
-    impulse.y = -(d * (row.xx * (slip.y * row.zz - spin * row.yz) +
-                       row.xy * (spin * row.xz - slip.x * row.zz) +
-                       row.xz * (slip.x * row.yz - slip.y * row.xz)));
-    F turn = -(d * (row.xx * (row.yy * spin - row.yz * slip.y) +
-                    row.xy * (row.yz * slip.x - row.xy * spin) +
-                    row.xz * (row.xy * slip.y - row.yy * slip.x)));
+    const F d = row.minus_inverse_determinant_3;
+    impulse.x = d * (slip.x * row.yz_cross_x + slip.y * row.yz_cross_y + spin * row.yz_cross_z);
+    impulse.y = d * (row.xx * (slip.y * row.zz - spin * row.yz) +
+                     row.xy * (spin * row.xz - slip.x * row.zz) +
+                     row.xz * (slip.x * row.yz - slip.y * row.xz));
+    F turn = d * (row.xx * (row.yy * spin - row.yz * slip.y) +
+                  row.xy * (row.yz * slip.x - row.xy * spin) +
+                  row.xz * (row.xy * slip.y - row.yy * slip.x));
     const F sum = row.limit_impulse + turn;
     const auto pulls = row.stop_side * sum < 0.0f;
     if (any(pulls)) {
       // A stop can only push: it lets go, and the hinge makes up for what it no longer gives.
-      const Vec<F> alone = solve_point(row, -slip + row.limit_impulse * Vec<F>{row.xz, row.yz});
+      const Vec<F> alone = solve_point(row, row.limit_impulse * Vec<F>{row.xz, row.yz} - slip);
       impulse = select(pulls, alone, impulse);
       turn = pulls ? -row.limit_impulse : turn;
       row.limit_impulse = pulls ? F{} : sum;
@@ -259,7 +265,7 @@ template <typename F>
     const F slip = dot(velocity_at(point, body), row.tangent);
     const F bound = row.friction * point.normal_impulse;
     const F before = point.tangent_impulse;
-    point.tangent_impulse = clamp(before + point.tangent_mass * -slip, -bound, bound);
+    point.tangent_impulse = clamp(before - point.tangent_mass * slip, -bound, bound);
     const Vec<F> p = (point.tangent_impulse - before) * row.tangent;
     body.linear += row.inverse_mass * p;
     body.angular += row.inverse_inertia * cross(point.arm, p);
@@ -268,7 +274,7 @@ template <typename F>
     BasicContactPointRow<F>& point = row.points[0];
     const F approach = dot(velocity_at(point, body), row.normal);
     const F before = point.normal_impulse;
-    point.normal_impulse = larger(before + -point.normal_mass * approach, F{});
+    point.normal_impulse = larger(before - point.normal_mass * approach, F{});
     const Vec<F> p = (point.normal_impulse - before) * row.normal;
     body.linear += row.inverse_mass * p;
     body.angular += row.inverse_inertia * cross(point.arm, p);

@@ -37,9 +37,9 @@ inline Edge make_edge(Vec2 start, Vec2 end, float friction) {
 }
 
 struct Terrain {
-  std::array<double, kNumHeights> heights;  // as the page draws them; the edges hold floats
-  std::array<Edge, kNumEdges> edges;
   float top;  // of the edges' boxes
+  std::array<Edge, kNumEdges> edges;
+  std::array<double, kNumHeights> heights;  // as they are drawn; the edges hold floats
 };
 
 inline Terrain make_terrain(Pcg64& rng) {

@@ -1,0 +1,57 @@
+"""Making landers for Gymnasium's users: ours where it was built, or stock, under one contract."""
+
+from typing import Any
+
+import gymnasium
+from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
+
+from touchdown.lander.env import EXACT_ID, LANDER_IDS, Engine, Env, engine_in_use
+
+
+def make(*, engine: Engine | None = None, **settings: Any) -> Env:
+    """One lander with the limit of 1000 steps.
+
+    Args:
+        engine: `exact` or `gymnasium`, stock; ours where it was built, if it is left out. Both fly
+            alike to the last bit.
+        settings: stock's `continuous`, `gravity`, `enable_wind`, `wind_power`, `turbulence_power`,
+            and `render_mode` for stock.
+
+    Raises:
+        ValueError: a setting is out of range.
+    """
+    exact = (engine or engine_in_use()) == "exact"
+    return gymnasium.make(EXACT_ID if exact else LANDER_IDS[0], **settings)
+
+
+def make_vec(
+    num_envs: int = 1,
+    *,
+    engine: Engine | None = None,
+    autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+    num_threads: int = 1,
+    **settings: Any,
+) -> VectorEnv[Any, Any, Any]:
+    """Many landers, each with the limit of 1000 steps.
+
+    Args:
+        num_envs: N.
+        engine: as for `make`; stock ones fly one after the other.
+        autoreset_mode: Gymnasium's: when an environment that has ended begins again.
+        num_threads: threads of the exact engine; no result depends on it.
+        settings: as for `make`.
+
+    Raises:
+        ValueError: a number is out of range.
+    """
+    if (engine or engine_in_use()) == "exact":
+        # where the engine was not built there is nothing to import
+        from touchdown.lander.vector import LanderVectorEnv  # noqa: PLC0415
+
+        return LanderVectorEnv(
+            num_envs, autoreset_mode=autoreset_mode, num_threads=num_threads, **settings
+        )
+    if num_envs < 1:
+        raise ValueError(f"num_envs = {num_envs}: must be at least 1")
+    envs = [lambda: make(engine="gymnasium", **settings)] * num_envs
+    return SyncVectorEnv(envs, autoreset_mode=AutoresetMode(autoreset_mode))

@@ -1,0 +1,145 @@
+"""One lander on the exact engine, behind Gymnasium's interface."""
+
+from typing import Any, cast
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from gymnasium.error import ClosedEnvironmentError
+from numpy.typing import NDArray
+
+from touchdown.lander.engine import BEGIN, HELIPAD, Batch
+from touchdown.lander.env import OBSERVATION_SIZE
+from touchdown.lander.space import (
+    LanderStates,
+    action_space,
+    observation_space,
+    read_states,
+    read_terrain,
+)
+from touchdown.types import FloatArray
+
+_BEGIN = np.array([BEGIN], np.uint8)
+
+
+class LanderEnv(gymnasium.Env[FloatArray, Any]):
+    """LunarLander-v3 on the exact engine; Gymnasium's registration adds the limit of 1000 steps.
+
+    Args:
+        render_mode: None; flights are drawn from their records.
+        continuous: whether an action is a pair of throttles.
+        gravity: between -12 and 0, m/s².
+        enable_wind: whether the wind blows.
+        wind_power: its force, N.
+        turbulence_power: its torque, N m.
+
+    Raises:
+        ValueError: a number is out of range.
+    """
+
+    helipad = HELIPAD
+    """x of the flag on the left and on the right, and height of the pad, m."""
+    metadata: dict[str, Any] = {"render_modes": [], "render_fps": 50}  # noqa: RUF012 - as Gymnasium's
+
+    def __init__(
+        self,
+        render_mode: str | None = None,
+        *,
+        continuous: bool = False,
+        gravity: float = -10.0,
+        enable_wind: bool = False,
+        wind_power: float = 15.0,
+        turbulence_power: float = 1.5,
+    ) -> None:
+        if render_mode is not None:
+            raise ValueError(f"render_mode {render_mode!r}: must be None; flights are drawn later")
+        self.render_mode = None
+        self.observation_space = cast(spaces.Space[FloatArray], observation_space())
+        self.action_space = action_space(continuous=continuous)
+        self.continuous = continuous
+        self._batch = Batch(
+            1,
+            continuous=continuous,
+            gravity=gravity,
+            enable_wind=enable_wind,
+            wind_power=wind_power,
+            turbulence_power=turbulence_power,
+        )
+        self._actions: NDArray[Any] = (
+            np.zeros((1, 2), np.float32) if continuous else np.zeros(1, int)
+        )
+        self._rewards = np.zeros(1)
+        self._terminated = np.zeros(1, np.bool_)
+        self._closed = False
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[FloatArray, dict[str, Any]]:
+        """Start an episode; without a seed the stream of random numbers goes on."""
+        self._need_open()
+        super().reset(seed=seed, options=options)
+        if seed is not None:
+            self._batch.seed(0, int(seed))
+        return self._advance(_BEGIN), {}
+
+    def step(self, action: Any) -> tuple[FloatArray, float, bool, bool, dict[str, Any]]:
+        """One fiftieth of a second.
+
+        Raises:
+            ValueError: the action is none of the space's.
+        """
+        self._need_open()
+        self._actions[0] = self._checked(action)
+        observation = self._advance(None)
+        return observation, float(self._rewards[0]), bool(self._terminated[0]), False, {}
+
+    def close(self) -> None:
+        """Refuse all that comes after."""
+        self._closed = True
+
+    def states(self) -> LanderStates:
+        """The lander's insides, with N = 1."""
+        return read_states(self._batch)
+
+    def terrain(self) -> FloatArray:
+        """The corners of the ground from left to right, metres, [11, 2]."""
+        return read_terrain(self._batch, 0)
+
+    def coverage(self) -> dict[str, Any]:
+        """How often each rare path of the physics was taken since the environment was made."""
+        return self._batch.coverage()
+
+    def snapshot(self) -> bytes:
+        """The whole state, generator included."""
+        return self._batch.snapshot(0)
+
+    def restore(self, snapshot: bytes) -> None:
+        """Go on from a snapshot.
+
+        Raises:
+            ValueError: the bytes are no snapshot of an environment with these settings.
+        """
+        self._batch.restore(0, snapshot)
+
+    def _advance(self, task: NDArray[np.uint8] | None) -> FloatArray:
+        observation = np.empty((1, OBSERVATION_SIZE), np.float32)
+        self._batch.step(self._actions, observation, self._rewards, self._terminated, task)
+        return observation[0]
+
+    def _checked(self, action: Any) -> Any:
+        if self.continuous:
+            pair = np.asarray(action)
+            if pair.shape == (2,) and pair.dtype.kind in "fiu":
+                return pair
+            wanted = "a pair of numbers (main engine, side engine)"
+        else:
+            if isinstance(action, int | np.integer) and 0 <= action < 4:
+                return action
+            if isinstance(action, np.ndarray) and action.shape == () and action.dtype.kind in "iu":
+                return self._checked(action.item())
+            wanted = "a whole number from 0 to 3"
+        raise ValueError(f"action {action!r}: must be {wanted}")
+
+    def _need_open(self) -> None:
+        if self._closed:
+            raise ClosedEnvironmentError("the environment is closed: make a new one")

@@ -1,0 +1,63 @@
+"""Builds the engine with address and undefined-behaviour sanitizers and compares it with stock.
+
+`make sanitize` runs it. A finding ends the process at once with what was found.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[3]
+BUILD = ROOT / "build" / "sanitized"
+FLY = """
+import sys
+# what is installed would come before the build in PYTHONPATH
+sys.meta_path = [f for f in sys.meta_path if "Redirecting" not in type(f).__name__]
+import oracle
+from touchdown.lander.engine import _engine
+assert "sanitized" in _engine.__file__, _engine.__file__
+reports = {name: oracle.compare(settings, [5, 6], num_threads=2, where=f"{name}, ")
+           for name, settings in oracle.CONFIGURATIONS.items()}
+sys.stdout.write(oracle.summary(reports))
+sys.exit(any(report.difference for report in reports.values()))
+"""
+
+
+def library(name: str) -> str:
+    """Where the compiler keeps a sanitizer's library."""
+    compiler = os.environ.get("CXX", "c++")
+    found = subprocess.run(
+        [compiler, f"-print-file-name={name}"], capture_output=True, text=True, check=True
+    )
+    return found.stdout.strip()
+
+
+def main() -> int:
+    tools = Path(sys.executable).parent
+    package = BUILD / "package" / "touchdown"
+    shutil.rmtree(BUILD / "package", ignore_errors=True)
+    shutil.copytree(ROOT / "src" / "touchdown", package, ignore=shutil.ignore_patterns("*.so"))
+    configure = [
+        *(str(tools / "cmake"), "-S", str(ROOT), "-B", str(BUILD), "-G", "Ninja"),
+        *("-DCMAKE_BUILD_TYPE=Debug", "-DTOUCHDOWN_SANITIZE=ON"),
+        *(f"-DCMAKE_MAKE_PROGRAM={tools / 'ninja'}", f"-DPython_EXECUTABLE={sys.executable}"),
+    ]
+    for command in (configure, [str(tools / "cmake"), "--build", str(BUILD)]):
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    for module in BUILD.glob("_engine*.so"):
+        shutil.copy(module, package / "lander" / "engine")
+    environment = {
+        **os.environ,
+        "PYTHONPATH": os.pathsep.join((str(BUILD / "package"), str(Path(__file__).parent))),
+        "LD_PRELOAD": f"{library('libasan.so')} {library('libubsan.so')}",
+        # Python keeps what it has until it ends
+        "ASAN_OPTIONS": "detect_leaks=0:detect_stack_use_after_return=1",
+        "UBSAN_OPTIONS": "halt_on_error=1:print_stacktrace=1",
+    }
+    return subprocess.run([sys.executable, "-c", FLY], env=environment, check=False).returncode
+
+
+if __name__ == "__main__":
+    sys.exit(main())
