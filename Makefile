@@ -50,7 +50,8 @@ docs: $(READY) ## build the documentation into site/
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 	@echo "docs: site/index.html"
 
-bench: $(BENCH_READY) ## compare training speed with its peers, side by side
+bench: $(BENCH_READY) ## compare the engine's and the training's speed with their peers'
+	@.venv-bench/bin/python benchmarks/engine_speed.py $(ARGS)
 	@.venv-bench/bin/python benchmarks/training_speed.py $(ARGS)
 
 lock: $(READY) ## pin the newest packages that fit (UPGRADE= keeps the pins that still fit)

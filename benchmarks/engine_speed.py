@@ -102,10 +102,6 @@ def single_rate(env: gymnasium.Env, rng: np.random.Generator, steps: int) -> flo
     return steps / seconds
 
 
-def median_of(ratios: list[float]) -> str:
-    return f"{statistics.median(ratios):8.2f}{min(ratios):10.2f}{max(ratios):10.2f}"
-
-
 def compare(title: str, sides: dict[str, Callable[[], float]], rounds: int) -> None:
     """Take turns; print each side's rate, and how many times the others' the first one's is."""
     rates: dict[str, list[float]] = {name: [] for name in sides}
@@ -120,7 +116,10 @@ def compare(title: str, sides: dict[str, Callable[[], float]], rounds: int) -> N
     first, *others = rates
     for name in others:
         ratios = [a / b for a, b in zip(rates[first], rates[name], strict=True)]
-        print(f"  {'ratio to ' + name:32}{'':8}{median_of(ratios)}")
+        print(
+            f"  {'ratio to ' + name:32}{statistics.median(ratios):16.2f}"
+            f"{min(ratios):10.2f}{max(ratios):10.2f}"
+        )
 
 
 def main() -> None:

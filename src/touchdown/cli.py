@@ -282,7 +282,28 @@ class Show:
             console.print(f"  {path}", soft_wrap=True, markup=False)
 
 
-Verb = Train | Evaluate | Fly | Tune | Runs | Show
+@dataclass(frozen=True, kw_only=True)
+class Doctor:
+    """Say what this machine has, what is missing and what would help; exit code 2 if it is bad."""
+
+    json: Json = False
+    runs_dir: RunsDir = Path("runs")
+
+    def run(self, console: "Console") -> None:
+        """Hand over to `doctor.check_up`."""
+        from touchdown import doctor, tables  # noqa: PLC0415
+
+        findings = doctor.check_up(self.runs_dir)
+        if self.json:
+            _print_json([finding.to_dict() for finding in findings])
+        else:
+            console.print(tables.findings_table(findings))
+        bad = [finding.name for finding in findings if finding.state == "bad"]
+        if bad:
+            raise UserError(f"{', '.join(bad)}: will not work; the table says what would help")
+
+
+Verb = Train | Evaluate | Fly | Tune | Runs | Show | Doctor
 VERBS: dict[str, type[Verb]] = {
     "train": Train,
     "evaluate": Evaluate,
@@ -290,6 +311,7 @@ VERBS: dict[str, type[Verb]] = {
     "tune": Tune,
     "runs": Runs,
     "show": Show,
+    "doctor": Doctor,
 }
 
 
@@ -356,6 +378,7 @@ def parse(argv: Sequence[str]) -> Verb:
         | Annotated[Tune, subcommand("tune")]
         | Annotated[Runs, subcommand("runs")]
         | Annotated[Show, subcommand("show")]
+        | Annotated[Doctor, subcommand("doctor")]
     )
     complaint = io.StringIO()
     try:

@@ -8,6 +8,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from touchdown.doctor import Finding
 from touchdown.runs.evaluation import Evaluation, is_lander
 from touchdown.stats.summary import Summary
 
@@ -105,4 +106,16 @@ def runs_table(facts: Sequence[Mapping[str, Any]]) -> Table:
             f"{run['seconds'] / 60:.1f}",
             f"{test['mean']:.1f} ± {test['sd']:.1f}" if test else "-",
         )
+    return table
+
+
+def findings_table(findings: Sequence[Finding]) -> Table:
+    """One row a thing that the doctor looked at."""
+    marks = {"good": Text("✓", "green"), "note": Text("!", "yellow"), "bad": Text("✗", "bold red")}
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_header=False)
+    table.add_column("")
+    table.add_column("", no_wrap=True)
+    table.add_column("", overflow="fold")
+    for finding in findings:
+        table.add_row(marks[finding.state], finding.name, Text(finding.text))
     return table

@@ -21,6 +21,7 @@ from touchdown.config import (
     TrainingConfig,
 )
 from touchdown.errors import UserError
+from touchdown.lander import env
 from touchdown.runs import folder as folders
 from touchdown.runs.checkpoint import newest_checkpoint
 from touchdown.runs.folder import RunFolder
@@ -133,6 +134,31 @@ def test_a_stopped_run_goes_on_as_if_it_had_never_stopped(finished, tmp_path):
     accumulator.Reload()
     steps = [event.step for event in accumulator.Scalars("rollout/ep_rew")]
     assert steps == [row["observations"] for row in episodes_of(folder)]
+
+
+def test_a_landing_stopped_in_mid_flight_goes_on_from_there(tmp_path):
+    config = replace(small_config(episodes=5), env_id="LunarLander-v3")
+    whole, stopped = (folders.create(tmp_path, config, name) for name in ("whole", "stopped"))
+    train(whole)
+    in_flight = 0
+    for _ in range(4):
+        with pytest.raises(Interrupted):
+            train(stopped, after(1))
+        newest = newest_checkpoint(stopped.checkpoints)
+        in_flight += files.read_json(newest / "state.json")["midway"] is not None
+    assert in_flight >= 2
+    train(stopped)
+    assert_same_run(whole, stopped)
+
+
+def test_what_the_exact_engine_saved_in_mid_flight_stock_cannot_go_on_with(tmp_path, monkeypatch):
+    config = replace(small_config(), env_id="LunarLander-v3")
+    folder = folders.create(tmp_path, config, "exact")
+    with pytest.raises(Interrupted):
+        train(folder, after(1))
+    monkeypatch.setattr(env, "engine_in_use", lambda: "gymnasium")
+    with pytest.raises(UserError, match="leave out --engine gymnasium"):
+        train(folder)
 
 
 def test_lines_written_after_the_last_checkpoint_are_not_there_twice(finished, tmp_path):

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple, cast
 import jax
 import jax.numpy as jnp
 import numpy as np
+from numpy.typing import NDArray
 
 from touchdown.agents import exploration
 from touchdown.agents.learner import (
@@ -160,6 +161,15 @@ class DQNAgent:
         if config.exploration.schedule == "linear":
             self.epsilon = self._epsilon_of(0, self.observations)
         return metrics
+
+    def mood(self) -> tuple[float, NDArray[np.float32] | None]:
+        """ε, and Q(s,·) of where the episode is, if it is known: what `state` leaves out."""
+        return self.epsilon, None if self._next_q is None else np.array(self._next_q)
+
+    def restore_mood(self, epsilon: float, next_q: NDArray[np.float32] | None) -> None:
+        """Go on in the middle of an episode."""
+        self.epsilon = epsilon
+        self._next_q = None if next_q is None else jnp.array(next_q)
 
     def pilot(self) -> GreedyPilot:
         """What has been learnt so far, as a pilot that goes on unchanged while learning goes on."""

@@ -40,6 +40,11 @@ _chosen: list[Engine] = []
 _built = importlib.util.find_spec("touchdown.lander.engine._engine") is not None
 
 
+def engine_built() -> bool:
+    """Whether the exact engine came with this installation."""
+    return _built
+
+
 def use_engine(engine: Engine) -> None:
     """Choose what flies the lander where either would do; results are the same to the last bit.
 
@@ -91,8 +96,10 @@ def make(
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # gymnasium warns of versions that it then refuses
-            name = EXACT_ID if engine == "exact" and is_lander(env_id) else env_id
-            env: Env = gymnasium.make(name, render_mode=render_mode, disable_env_checker=True)
+            if engine == "exact" and is_lander(env_id):
+                env = _exact_lander(render_mode)
+            else:
+                env = gymnasium.make(env_id, render_mode=render_mode, disable_env_checker=True)
     except (gymnasium.error.Error, ImportError, AttributeError, TypeError, ValueError) as error:
         raise UserError(f"env_id {env_id!r}: cannot be made: {one_line(error)}") from None
     observation, action = env.observation_space, env.action_space
@@ -111,6 +118,13 @@ def make(
         env.close()
         raise UserError(f"env_id {env_id!r}: its actions are {action}; they must start at 0")
     return World(env, observation.shape[0], int(action.n))
+
+
+def _exact_lander(render_mode: str | None) -> Env:
+    # where the engine was not built there is nothing to import
+    from touchdown.lander.single import LanderEnv  # noqa: PLC0415
+
+    return LanderEnv(render_mode, max_episode_steps=MAX_EPISODE_STEPS)
 
 
 def outcome_of(env_id: str, observation: FloatArray, reward: float, *, terminated: bool) -> Outcome:

@@ -1,5 +1,6 @@
 """One lander on the exact engine, behind Gymnasium's interface."""
 
+import struct
 from typing import Any, cast
 
 import gymnasium
@@ -19,6 +20,8 @@ from touchdown.lander.space import (
 )
 from touchdown.types import FloatArray
 
+_MAGIC = b"TDSINGLE"
+_SNAPSHOT = struct.Struct("<8sq")  # before the engine's own, which has a version and a checksum
 _BEGIN = np.array([BEGIN], np.uint8)
 
 
@@ -27,6 +30,7 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
 
     Args:
         render_mode: None; flights are drawn from their records.
+        max_episode_steps: a limit without Gymnasium's wrapper, which snapshots then know of.
         continuous: whether an action is a pair of throttles.
         gravity: between -12 and 0, m/s².
         enable_wind: whether the wind blows.
@@ -45,6 +49,7 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
         self,
         render_mode: str | None = None,
         *,
+        max_episode_steps: int | None = None,
         continuous: bool = False,
         gravity: float = -10.0,
         enable_wind: bool = False,
@@ -71,6 +76,8 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
         self._rewards = np.zeros(1)
         self._terminated = np.zeros(1, np.bool_)
         self._closed = False
+        self._limit = max_episode_steps
+        self._steps = 0
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -80,6 +87,7 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
         super().reset(seed=seed, options=options)
         if seed is not None:
             self._batch.seed(0, int(seed))
+        self._steps = 0
         return self._advance(_BEGIN), {}
 
     def step(self, action: Any) -> tuple[FloatArray, float, bool, bool, dict[str, Any]]:
@@ -91,7 +99,9 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
         self._need_open()
         self._actions[0] = self._checked(action)
         observation = self._advance(None)
-        return observation, float(self._rewards[0]), bool(self._terminated[0]), False, {}
+        self._steps += 1
+        truncated = self._limit is not None and self._steps >= self._limit
+        return observation, float(self._rewards[0]), bool(self._terminated[0]), truncated, {}
 
     def close(self) -> None:
         """Refuse all that comes after."""
@@ -110,8 +120,8 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
         return self._batch.coverage()
 
     def snapshot(self) -> bytes:
-        """The whole state, generator included."""
-        return self._batch.snapshot(0)
+        """The whole state, generator and step count included."""
+        return _SNAPSHOT.pack(_MAGIC, self._steps) + self._batch.snapshot(0)
 
     def restore(self, snapshot: bytes) -> None:
         """Go on from a snapshot.
@@ -119,7 +129,10 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
         Raises:
             ValueError: the bytes are no snapshot of an environment with these settings.
         """
-        self._batch.restore(0, snapshot)
+        if snapshot[: len(_MAGIC)] != _MAGIC or len(snapshot) < _SNAPSHOT.size:
+            raise ValueError("not a snapshot of a lander")
+        self._batch.restore(0, snapshot[_SNAPSHOT.size :])
+        _, self._steps = _SNAPSHOT.unpack_from(snapshot)
 
     def _advance(self, task: NDArray[np.uint8] | None) -> FloatArray:
         observation = np.empty((1, OBSERVATION_SIZE), np.float32)
@@ -133,10 +146,9 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
                 return pair
             wanted = "a pair of numbers (main engine, side engine)"
         else:
-            if isinstance(action, int | np.integer) and 0 <= action < 4:
-                return action
-            if isinstance(action, np.ndarray) and action.shape == () and action.dtype.kind in "iu":
-                return self._checked(action.item())
+            number = np.asarray(action)
+            if number.shape == () and number.dtype.kind in "iu" and 0 <= number < 4:
+                return number
             wanted = "a whole number from 0 to 3"
         raise ValueError(f"action {action!r}: must be {wanted}")
 

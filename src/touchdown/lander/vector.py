@@ -131,10 +131,9 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
         self._need_open()
         seeds = self._seeds(seed)
         mask = self._mask(options)
-        for i in np.flatnonzero(mask):
-            given = seeds[i]
-            if given is not None:
-                self._batch.seed(int(i), int(given))
+        for i, (given, chosen) in enumerate(zip(seeds, mask.tolist(), strict=True)):
+            if chosen and given is not None:
+                self._batch.seed(i, int(given))
         self._tasks[:] = np.where(mask, BEGIN, NOTHING)
         self._begin()
         self._ended &= ~mask

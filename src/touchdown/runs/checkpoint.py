@@ -31,14 +31,33 @@ class Finalist:
     params: NDArray[np.float32]
 
 
+@dataclass(frozen=True, slots=True)
+class Midway:
+    """An episode under way."""
+
+    snapshot: bytes
+    """Of the world."""
+    observation: NDArray[np.float32]
+    """The latest, [D]."""
+    steps: int
+    """Flown in the episode."""
+    episode_return: float
+    """So far."""
+    epsilon: float
+    next_q: NDArray[np.float32] | None
+    """Q(s,·) of the latest observation, [A], if the agent has it already."""
+
+
 @dataclass(slots=True)
 class Progress:
-    """Where a run stands at the end of an episode, beside what the agent knows."""
+    """Where a run stands, beside what the agent knows."""
 
     episodes: int = 0
     next_validation: int = 0
     seconds: float = 0.0
     finished: bool = False
+    midway: Midway | None = None
+    """None at the end of an episode."""
     finalists: list[Finalist] = field(default_factory=list[Finalist])
     record_sizes: dict[str, int] = field(default_factory=dict[str, int])
 
@@ -59,6 +78,13 @@ def save_checkpoint(
         },
         "finalists": {str(f.observations): f.params for f in progress.finalists},
     }
+    midway = progress.midway
+    if midway is not None:
+        tensors["midway"] = {
+            "snapshot": np.frombuffer(midway.snapshot, np.uint8),
+            "observation": midway.observation,
+            **({} if midway.next_q is None else {"next_q": midway.next_q}),
+        }
     newest = newest_checkpoint(folder)
     path = folder / f"{int(newest.name) + 1 if newest else 0:08d}"
 
@@ -77,6 +103,12 @@ def save_checkpoint(
             "next_validation": progress.next_validation,
             "seconds": progress.seconds,
             "finished": progress.finished,
+            "midway": midway
+            and {
+                "steps": midway.steps,
+                "episode_return": midway.episode_return,
+                "epsilon": midway.epsilon,
+            },
             "memory_added": agent.memory.ring.added,
             "finalists": [
                 {"observations": f.observations, "validation_return": f.validation_return}
@@ -121,7 +153,8 @@ def restore_checkpoint(path: Path, digest: str, agent: DQNAgent, streams: Stream
     try:
         groups = {
             name: files.read_tensors(path / f"{name}.safetensors", state["sha256"][name])[0]
-            for name in ("learner", "memory", "finalists")
+            for name in ("learner", "memory", "finalists", "midway")
+            if name != "midway" or state.get("midway") is not None
         }
         agent.state = _learner_from(agent.state, groups["learner"])
         names = agent.memory.ring.records.dtype.names or ()
@@ -146,11 +179,23 @@ def restore_checkpoint(path: Path, digest: str, agent: DQNAgent, streams: Stream
             next_validation=state["next_validation"],
             seconds=state["seconds"],
             finished=state["finished"],
+            midway=_midway(state["midway"], groups["midway"]) if "midway" in groups else None,
             finalists=finalists,
             record_sizes=dict(state["record_sizes"]),
         )
     except (KeyError, TypeError, ValueError) as error:
         raise UserError(f"{path}: not a checkpoint of this run: {one_line(error)}") from None
+
+
+def _midway(facts: Mapping[str, Any], tensors: Tensors) -> Midway:
+    return Midway(
+        tensors["snapshot"].tobytes(),
+        tensors["observation"],
+        int(facts["steps"]),
+        float(facts["episode_return"]),
+        float(facts["epsilon"]),
+        tensors.get("next_q"),
+    )
 
 
 def _learner_tensors(state: LearnerState) -> Tensors:

@@ -22,7 +22,11 @@ class Step(NamedTuple):
 
 
 def interact(
-    agent: DQNAgent, env: Env, start_of: Callable[[int], int], first_episode: int = 0
+    agent: DQNAgent,
+    env: Env,
+    start_of: Callable[[int], int],
+    first_episode: int = 0,
+    underway: FloatArray | None = None,
 ) -> Iterator[Step]:
     """Algorithm 2's two loops, without end: whoever wants to know listens to the steps.
 
@@ -31,10 +35,14 @@ def interact(
         env: with the Gymnasium interface.
         start_of: the environment seed of an episode.
         first_episode: number of the first episode flown.
+        underway: the latest observation, if that episode has begun already.
     """
     for episode in count(first_episode):
-        observation, _ = env.reset(seed=start_of(episode))
-        agent.begin_episode(episode)
+        if underway is None:
+            observation, _ = env.reset(seed=start_of(episode))
+            agent.begin_episode(episode)
+        else:
+            observation, underway = underway, None
         ended = False
         while not ended:
             action = agent.act(observation)

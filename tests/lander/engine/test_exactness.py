@@ -56,7 +56,7 @@ def test_threads_change_nothing():
 
 
 def test_every_instruction_set_gives_the_same_bytes():
-    """Each flies the same landers in a process of its own; those that this one lacks are skipped."""
+    """Each flies the same landers in a process of its own; one that is not there is left out."""
     flight = """
 import hashlib
 import numpy as np
