@@ -163,7 +163,8 @@ def test_the_loop_tells_the_agent_all_that_happens_in_order(chain):
         ("act", 2),
         (2, 1, 0.0, 3, False),
     ]
-    assert [step[:4] for step in steps] == [
+    assert {step.action for step in steps} == {1}
+    assert [(step.episode, *step[2:5]) for step in steps] == [
         (7, 0.0, False, False),
         (7, 8.0, True, False),
         (8, 0.0, False, False),

@@ -136,7 +136,8 @@ def test_a_stopped_run_goes_on_as_if_it_had_never_stopped(finished, tmp_path):
     assert steps == [row["observations"] for row in episodes_of(folder)]
 
 
-def test_a_landing_stopped_in_mid_flight_goes_on_from_there(tmp_path):
+@pytest.mark.parametrize("then", ["exact", "gymnasium"])
+def test_a_landing_stopped_in_mid_flight_goes_on_from_there(tmp_path, monkeypatch, then):
     config = replace(small_config(episodes=5), env_id="LunarLander-v3")
     whole, stopped = (folders.create(tmp_path, config, name) for name in ("whole", "stopped"))
     train(whole)
@@ -147,18 +148,9 @@ def test_a_landing_stopped_in_mid_flight_goes_on_from_there(tmp_path):
         newest = newest_checkpoint(stopped.checkpoints)
         in_flight += files.read_json(newest / "state.json")["midway"] is not None
     assert in_flight >= 2
+    monkeypatch.setattr(env, "engine_in_use", lambda: then)  # either flies the same
     train(stopped)
     assert_same_run(whole, stopped)
-
-
-def test_what_the_exact_engine_saved_in_mid_flight_stock_cannot_go_on_with(tmp_path, monkeypatch):
-    config = replace(small_config(), env_id="LunarLander-v3")
-    folder = folders.create(tmp_path, config, "exact")
-    with pytest.raises(Interrupted):
-        train(folder, after(1))
-    monkeypatch.setattr(env, "engine_in_use", lambda: "gymnasium")
-    with pytest.raises(UserError, match="leave out --engine gymnasium"):
-        train(folder)
 
 
 def test_lines_written_after_the_last_checkpoint_are_not_there_twice(finished, tmp_path):

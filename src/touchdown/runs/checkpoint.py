@@ -35,14 +35,8 @@ class Finalist:
 class Midway:
     """An episode under way."""
 
-    snapshot: bytes
-    """Of the world."""
-    observation: NDArray[np.float32]
-    """The latest, [D]."""
-    steps: int
-    """Flown in the episode."""
-    episode_return: float
-    """So far."""
+    actions: tuple[int, ...]
+    """Taken since its start: the world is deterministic, and comes to the same place by them."""
     epsilon: float
     next_q: NDArray[np.float32] | None
     """Q(s,·) of the latest observation, [A], if the agent has it already."""
@@ -81,8 +75,7 @@ def save_checkpoint(
     midway = progress.midway
     if midway is not None:
         tensors["midway"] = {
-            "snapshot": np.frombuffer(midway.snapshot, np.uint8),
-            "observation": midway.observation,
+            "actions": np.array(midway.actions, np.int32),
             **({} if midway.next_q is None else {"next_q": midway.next_q}),
         }
     newest = newest_checkpoint(folder)
@@ -103,12 +96,7 @@ def save_checkpoint(
             "next_validation": progress.next_validation,
             "seconds": progress.seconds,
             "finished": progress.finished,
-            "midway": midway
-            and {
-                "steps": midway.steps,
-                "episode_return": midway.episode_return,
-                "epsilon": midway.epsilon,
-            },
+            "midway": midway and {"epsilon": midway.epsilon},
             "memory_added": agent.memory.ring.added,
             "finalists": [
                 {"observations": f.observations, "validation_return": f.validation_return}
@@ -188,14 +176,8 @@ def restore_checkpoint(path: Path, digest: str, agent: DQNAgent, streams: Stream
 
 
 def _midway(facts: Mapping[str, Any], tensors: Tensors) -> Midway:
-    return Midway(
-        tensors["snapshot"].tobytes(),
-        tensors["observation"],
-        int(facts["steps"]),
-        float(facts["episode_return"]),
-        float(facts["epsilon"]),
-        tensors.get("next_q"),
-    )
+    actions = tuple(tensors["actions"].tolist())
+    return Midway(actions, float(facts["epsilon"]), tensors.get("next_q"))
 
 
 def _learner_tensors(state: LearnerState) -> Tensors:

@@ -14,6 +14,7 @@ class Step(NamedTuple):
     """One step of the world and what the agent made of it."""
 
     episode: int
+    action: int
     reward: float
     terminated: bool
     truncated: bool
@@ -52,4 +53,5 @@ def interact(
             )
             observation = o_t
             ended = terminated or truncated
-            yield Step(episode, float(reward), bool(terminated), bool(truncated), o_t, metrics)
+            ends = bool(terminated), bool(truncated)
+            yield Step(episode, action, float(reward), *ends, o_t, metrics)

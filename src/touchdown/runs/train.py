@@ -12,7 +12,7 @@ from touchdown import files
 from touchdown.agents.dqn import DQNAgent, GreedyPilot, Spaces
 from touchdown.agents.learner import Metrics
 from touchdown.config import Config
-from touchdown.errors import Interrupted, UserError, one_line
+from touchdown.errors import Interrupted, UserError
 from touchdown.lander import env as lander
 from touchdown.runs import checkpoint, pilots
 from touchdown.runs import folder as folders
@@ -64,8 +64,7 @@ class Trainer:
 
     Args:
         folder: the run's; it holds a config, and a checkpoint if the run is to go on.
-        should_stop: asked now and then; True saves and raises `Interrupted`. In a world that can be
-            saved in the middle of an episode it is asked there too.
+        should_stop: asked now and then; True saves and raises `Interrupted`.
         on_status: told after each training episode.
         on_phase: told what begins: a line of words, and how many episodes it will fly.
         on_flight: told after each episode of the final choice.
@@ -97,7 +96,6 @@ class Trainer:
         engine = lander.engine_in_use()
         self._world = lander.make(config.env_id, engine=engine)
         resources.callback(self._world.env.close)
-        self._world_snaps = hasattr(self._world.env, "snapshot")
         self._streams = streams(config.seed)
         spaces = Spaces(self._world.observation_size, self._world.num_actions)
         self._agent = DQNAgent(config, spaces, self._streams)
@@ -152,7 +150,7 @@ class Trainer:
         began = last_saved = time.monotonic()
         before, steps_before = progress.seconds, self._agent.observations
         share_before = self._budget.done(progress.episodes, steps_before)
-        episode_return, steps, underway = self._go_on()
+        episode_return, actions, underway = self._go_on()
         for step in interact(
             self._agent,
             self._world.env,
@@ -161,13 +159,14 @@ class Trainer:
             underway,
         ):
             episode_return += step.reward
-            steps += 1
+            actions.append(step.action)
             if step.metrics is not None:
                 self._record_update(step.metrics)
             if not (step.terminated or step.truncated):
-                if steps % _STEPS_BETWEEN_LOOKS == 0 and self._world_snaps and self._should_stop():
+                if len(actions) % _STEPS_BETWEEN_LOOKS == 0 and self._should_stop():
                     progress.seconds = before + time.monotonic() - began
-                    self._save_midway(step.o_t, steps, episode_return)
+                    progress.midway = checkpoint.Midway(tuple(actions), *self._agent.mood())
+                    self._save()
                     raise Interrupted
                 continue
             outcome = lander.outcome_of(
@@ -176,7 +175,7 @@ class Trainer:
             now = time.monotonic()
             progress.seconds = before + now - began
             progress.episodes += 1
-            self._record_episode(episode_return, steps, outcome)
+            self._record_episode(episode_return, len(actions), outcome)
             share = self._budget.done(progress.episodes, self._agent.observations)
             rate = (share - share_before) / (now - began)
             self._on_status(
@@ -193,7 +192,7 @@ class Trainer:
                     seconds_left=(1 - share) / rate,
                 )
             )
-            episode_return, steps = 0.0, 0
+            episode_return, actions = 0.0, []
             if self._agent.observations >= progress.next_validation or share >= 1:
                 self._validate()
             stop = self._should_stop()
@@ -206,32 +205,20 @@ class Trainer:
             if share >= 1:
                 return
 
-    def _go_on(self) -> tuple[float, int, FloatArray | None]:
-        """Return, steps and latest observation of an episode under way, if there is one."""
+    def _go_on(self) -> tuple[float, list[int], FloatArray | None]:
+        """Return, actions and latest observation of an episode under way, if there is one."""
         midway = self._progress.midway
         self._progress.midway = None
         if midway is None:
-            return 0.0, 0, None
-        world: Any = self._world.env
-        if not self._world_snaps:
-            raise UserError(
-                f"{self._folder.checkpoints}: saved in the middle of an episode by the exact "
-                "engine, and only that can go on: leave out --engine gymnasium"
-            )
-        try:
-            world.restore(midway.snapshot)
-        except ValueError as error:
-            raise UserError(f"{self._folder.checkpoints}: {one_line(error)}") from None
+            return 0.0, [], None
+        env = self._world.env
+        observation, _ = env.reset(seed=training_start(self._config.seed, self._progress.episodes))
+        episode_return = 0.0
+        for action in midway.actions:
+            observation, reward, _, _, _ = env.step(action)
+            episode_return += float(reward)
         self._agent.restore_mood(midway.epsilon, midway.next_q)
-        return midway.episode_return, midway.steps, midway.observation
-
-    def _save_midway(self, observation: FloatArray, steps: int, episode_return: float) -> None:
-        world: Any = self._world.env
-        epsilon, next_q = self._agent.mood()
-        self._progress.midway = checkpoint.Midway(
-            world.snapshot(), np.asarray(observation), steps, episode_return, epsilon, next_q
-        )
-        self._save()
+        return episode_return, list(midway.actions), observation
 
     def _save(self) -> None:
         self._progress.record_sizes = self._recorder.sizes()
