@@ -10,6 +10,7 @@ from PIL import Image
 from safetensors.numpy import save
 
 from touchdown.errors import UserError
+from touchdown.lander import env as lander
 from touchdown.lander.flight import Flight, load_flights, record_flight, save_flights
 from touchdown.runs.evaluate import Fleet
 from touchdown.runs.pilots import HeuristicPilot
@@ -58,6 +59,19 @@ def test_flight_is_what_an_evaluation_reports_of_the_same_start(landing):
     assert (landing.steps, landing.outcome) == (result.steps, result.outcome)
     assert landing.fuel == result.fuel
     assert landing.outcome == "landed"
+
+
+def test_both_engines_record_the_same_flight(monkeypatch):
+    flown = []
+    for engine in ("exact", "gymnasium"):
+        monkeypatch.setattr(lander, "engine_in_use", lambda engine=engine: engine)
+        flown.append(record_flight(HeuristicPilot(), LANDER, START, "heuristic"))
+    ours, stock = flown
+    for name in ("observations", "actions", "rewards", "bodies"):
+        assert getattr(ours, name).tobytes() == getattr(stock, name).tobytes()
+    assert (ours.outcome, ours.fuel) == (stock.outcome, stock.fuel)
+    for mine, theirs in zip(ours.terrain, stock.terrain, strict=True):
+        assert_array_equal(mine, theirs)
 
 
 def test_returns_grow_from_zero_by_each_reward(landing):

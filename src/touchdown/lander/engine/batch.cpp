@@ -46,8 +46,13 @@ class Worker {
     }
   }
 
-  void end() {
-    queue_.flush([this](Pending& solved) { finish(solved, true); });
+  void end(LaneQueue::Rest& rest, std::size_t threads) {
+    const auto finish_solved = [this](Pending& solved) { finish(solved, true); };
+    if (threads == 1) {
+      queue_.flush(finish_solved);
+    } else {
+      queue_.flush(rest, threads, finish_solved);
+    }
   }
 
  private:
@@ -76,14 +81,16 @@ void step(std::span<Lander> landers, std::span<const Throttle> throttles,
           Workers& workers) {
   constexpr std::size_t chunk = 16;  // landers that a thread takes at a time
   std::atomic<std::size_t> next{0};
-  workers.run((landers.size() + chunk - 1) / chunk, [&](std::size_t number) {
+  LaneQueue::Rest rest;
+  const std::size_t threads = workers.used_for((landers.size() + chunk - 1) / chunk);
+  workers.run(threads, [&](std::size_t number) {
     Worker worker(landers, throttles, tasks, results, workspaces[number]);
     for (std::size_t first = next.fetch_add(chunk); first < landers.size();
          first = next.fetch_add(chunk)) {
       const std::size_t last = std::min(first + chunk, landers.size());
       for (std::size_t i = first; i < last; ++i) worker.begin(i);
     }
-    worker.end();
+    worker.end(rest, threads);
   });
 }
 

@@ -3,13 +3,18 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <memory>
+#include <mutex>
+#include <thread>
 #include <vector>
 
 #include "island.hpp"
 #include "lane_solver.hpp"
+#include "workers.hpp"
 
 namespace touchdown {
 
@@ -41,19 +46,20 @@ class LaneQueue {
     put(pending, {layout_of(rows), may_circle(rows) ? kCircling : kVelocityIterations}, finish);
   }
 
-  // Solves all that still wait.
+  // Solves all that still wait here.
   template <typename Finish>
   void flush(const Finish& finish) {
-    // What circles goes first, for it may leave some to wait anew.
-    for (const bool circling : {true, false}) {
-      for (std::size_t i = 0; i < buckets_.size(); ++i) {
-        if (buckets_[i].count > 0 && (buckets_[i].kind.iterations == kCircling) == circling) {
-          solve(i, finish);
-        }
-      }
+    while (!buckets_.empty()) {
+      const Bucket bucket = pop();
+      solve(bucket, finish, [&](Pending& left, Kind kind) { put(left, kind, finish); });
     }
-    buckets_.clear();
   }
+
+  // The same for several queues whose threads have come to their ends, so that what is alike in them
+  // is solved together. `Rest` is shared by them; each calls this once, and `threads` is how many do.
+  struct Rest;
+  template <typename Finish>
+  void flush(Rest& rest, std::size_t threads, const Finish& finish);
 
  private:
   static constexpr int kCircling = -1;
@@ -71,6 +77,18 @@ class LaneQueue {
     std::size_t count;
     std::array<Pending*, kMostLanes> items;
   };
+
+  // Takes a bucket out; first those that circle, for they may leave some to wait anew.
+  Bucket pop() {
+    const auto circling = std::find_if(buckets_.begin(), buckets_.end(), [](const Bucket& bucket) {
+      return bucket.kind.iterations == kCircling;
+    });
+    const auto chosen = circling == buckets_.end() ? std::prev(buckets_.end()) : circling;
+    const Bucket bucket = *chosen;
+    *chosen = buckets_.back();
+    buckets_.pop_back();
+    return bucket;
+  }
 
   // Says all that has to be alike; 0 for rows with so many contacts that they are solved alone.
   static std::uint64_t layout_of(const VelocityRows& rows) {
@@ -91,30 +109,33 @@ class LaneQueue {
     return layout;
   }
 
-  std::size_t bucket_of(Kind kind) {
-    for (std::size_t i = 0; i < buckets_.size(); ++i) {
-      if (buckets_[i].kind == kind) return i;
-    }
-    buckets_.push_back({kind, 0, {}});
-    return buckets_.size() - 1;
+  // Puts a step to those like it, and gives their bucket.
+  Bucket& wait(Pending& pending, Kind kind) {
+    auto bucket = std::find_if(buckets_.begin(), buckets_.end(), [&](const Bucket& each) {
+      return each.kind == kind && each.count < kernel_.lanes;
+    });
+    if (bucket == buckets_.end()) bucket = buckets_.insert(bucket, {kind, 0, {}});
+    bucket->items[bucket->count++] = &pending;
+    return *bucket;
   }
 
   template <typename Finish>
   void put(Pending& pending, Kind kind, const Finish& finish) {
-    const std::size_t index = bucket_of(kind);
-    Bucket& bucket = buckets_[index];
-    bucket.items[bucket.count++] = &pending;
-    if (bucket.count == kernel_.lanes || kind.layout == 0) solve(index, finish);
+    Bucket& bucket = wait(pending, kind);
+    if (bucket.count < kernel_.lanes && kind.layout != 0) return;
+    // A copy: what is left over may go to a new bucket, and move them all.
+    const Bucket full = bucket;
+    bucket.count = 0;
+    solve(full, finish, [&](Pending& left, Kind rest) { put(left, rest, finish); });
   }
 
-  template <typename Finish>
-  void solve(std::size_t index, const Finish& finish) {
-    // A copy: what is left over may go to a new bucket, and move them all.
-    const Bucket bucket = buckets_[index];
-    buckets_[index].count = 0;
+  // Hands those that are done to `finish` and those that have only not circled to `go_on`.
+  template <typename Finish, typename GoOn>
+  void solve(const Bucket& bucket, const Finish& finish, const GoOn& go_on) {
     std::array<VelocityRows*, kMostLanes> rows;
     for (std::size_t i = 0; i < bucket.count; ++i) rows[i] = &bucket.items[i]->solving.rows;
     std::array<bool, kMostLanes> done;
+    if (bucket.count == 0) return;
     if (bucket.kind.iterations == kCircling) {
       kernel_.circle({rows.data(), bucket.count}, {done.data(), bucket.count});
     } else {
@@ -126,7 +147,7 @@ class LaneQueue {
         finish(*bucket.items[i]);
         give_back(*bucket.items[i]);
       } else {
-        put(*bucket.items[i], {bucket.kind.layout, kVelocityIterations - 2 * kWindow}, finish);
+        go_on(*bucket.items[i], {bucket.kind.layout, kVelocityIterations - 2 * kWindow});
       }
     }
   }
@@ -136,5 +157,38 @@ class LaneQueue {
   std::vector<Pending*> free_;
   std::vector<Bucket> buckets_;
 };
+
+struct LaneQueue::Rest {
+  std::mutex mutex;
+  LaneQueue queue;
+  std::atomic<std::size_t> arrived{0};
+};
+
+template <typename Finish>
+void LaneQueue::flush(Rest& rest, std::size_t threads, const Finish& finish) {
+  {
+    const std::lock_guard lock(rest.mutex);
+    for (const Bucket& bucket : buckets_) {
+      for (std::size_t i = 0; i < bucket.count; ++i) {
+        rest.queue.wait(*bucket.items[i], bucket.kind);
+      }
+    }
+  }
+  buckets_.clear();
+  ++rest.arrived;
+  while (wait_a_little(rest.arrived, [&](std::size_t n) { return n == threads; }) != threads) {
+    std::this_thread::yield();
+  }
+  for (;;) {
+    std::unique_lock lock(rest.mutex);
+    if (rest.queue.buckets_.empty()) return;
+    const Bucket bucket = rest.queue.pop();
+    lock.unlock();
+    solve(bucket, finish, [&](Pending& left, Kind kind) {
+      const std::lock_guard relock(rest.mutex);
+      rest.queue.wait(left, kind);
+    });
+  }
+}
 
 }  // namespace touchdown

@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -11,6 +12,21 @@
 #include <vector>
 
 namespace touchdown {
+
+// To sleep and to be woken takes longer than the pause between two steps mostly lasts. Gives the value
+// once it is the one wished for, or as it is after about a tenth of a millisecond.
+template <typename T, typename Wish>
+T wait_a_little(const std::atomic<T>& value, const Wish& wish) {
+  constexpr int looks = 4000;
+  T now = value.load();
+  for (int look = 0; look < looks && !wish(now); ++look) {
+#if defined(__x86_64__)
+    __builtin_ia32_pause();
+#endif
+    now = value.load();
+  }
+  return now;
+}
 
 class Workers {
  public:
@@ -31,21 +47,26 @@ class Workers {
     for (std::thread& thread : threads_) thread.join();
   }
 
-  // Calls `work` with 0, 1, ... each on a thread of its own, with fewer than `most` if that is less
-  // than there are threads, and returns when all have. `work` must not throw.
-  void run(std::size_t most, const std::function<void(std::size_t)>& work) {
-    const std::size_t helpers = (most < count_ ? most : count_) - 1;
-    if (helpers == 0 || forked()) {
+  // How many threads `run` would use for so many pieces of work.
+  std::size_t used_for(std::size_t pieces) const {
+    return forked() ? 1 : std::min(std::max<std::size_t>(pieces, 1), count_);
+  }
+
+  // Calls `work` with each number below `used`, all at once, and returns when all have. `work` must
+  // not throw.
+  void run(std::size_t used, const std::function<void(std::size_t)>& work) {
+    if (used == 1) {
       work(0);
       return;
     }
     start();
     work_ = &work;
-    helpers_ = helpers;
+    helpers_ = used - 1;
     busy_.store(threads_.size(), std::memory_order_relaxed);
     announce();
     work(0);
-    for (std::size_t left = busy_.load(); left > 0; left = busy_.load()) busy_.wait(left);
+    const auto is_zero = [](std::size_t left) { return left == 0; };
+    for (std::size_t left = wait_a_little(busy_, is_zero); left > 0; left = busy_.load()) busy_.wait(left);
   }
 
  private:
@@ -62,7 +83,8 @@ class Workers {
     for (std::size_t i = 1; i < count_; ++i) {
       threads_.emplace_back([this, i, seen = round_.load()]() mutable {
         for (;;) {
-          round_.wait(seen);
+          const auto is_new = [seen](std::uint32_t round) { return round != seen; };
+          if (!is_new(wait_a_little(round_, is_new))) round_.wait(seen);
           seen = round_.load();
           if (stopping_) return;
           if (i <= helpers_) (*work_)(i);
