@@ -38,8 +38,8 @@ Device = Annotated[Literal["cpu", "gpu"], arg(help="Where JAX computes.")]
 Engine = Annotated[
     Literal["exact", "gymnasium"] | None,
     arg(
-        help="What flies the lander in training: ours in C++, or stock; the same to the last bit. "
-        "None takes ours where it was built. Tests fly stock always."
+        help="What flies the lander: ours in C++, or stock; the same to the last bit. "
+        "None takes ours where it was built. Tests and windows fly stock always."
     ),
 ]
 Episodes = Annotated[int, arg(help="Starts to fly (episodes).")]
@@ -168,12 +168,14 @@ class Fly:
     env_id: EnvId = "LunarLander-v3"
     runs_dir: RunsDir = Path("runs")
     device: Device = "cpu"
+    engine: Engine = None
 
     def run(self, console: "Console") -> None:
         """Hand over to `verbs.fly`."""
         from touchdown import device, verbs  # noqa: PLC0415
 
         device.use(self.device)
+        _use_engine(self.engine)
         out = self.out or f"{Path(self.pilot).stem}-{self.seed}.gif"
         flight = verbs.fly(
             self.pilot, seed=self.seed, out=out, env_id=self.env_id, runs_dir=self.runs_dir

@@ -2,6 +2,8 @@ import dataclasses
 import io
 import json
 import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -72,6 +74,24 @@ def test_both_engines_record_the_same_flight(monkeypatch):
     assert (ours.outcome, ours.fuel) == (stock.outcome, stock.fuel)
     for mine, theirs in zip(ours.terrain, stock.terrain, strict=True):
         assert_array_equal(mine, theirs)
+
+
+def test_the_engine_s_flights_are_flown_and_filmed_without_box2d_and_pygame(tmp_path):
+    script = f"""
+import sys
+from pathlib import Path
+
+class Missing:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in ("Box2D", "pygame"):
+            raise ImportError(name)
+
+sys.meta_path.insert(0, Missing())
+import touchdown
+touchdown.fly("pid", seed=3, out={str(tmp_path / "pid.gif")!r})
+"""
+    subprocess.run([sys.executable, "-c", script], check=True)
+    assert (tmp_path / "pid.gif").stat().st_size > 10_000
 
 
 def test_returns_grow_from_zero_by_each_reward(landing):

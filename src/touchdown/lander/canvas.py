@@ -7,12 +7,13 @@ from math import ceil, floor
 from pathlib import Path
 
 import matplotlib as mpl
-from gymnasium.envs.box2d import lunar_lander
 from PIL import Image, ImageDraw, ImageFont
 
-WIDTH = lunar_lander.VIEWPORT_W / lunar_lander.SCALE  # metres of the world that can be seen
-HEIGHT = lunar_lander.VIEWPORT_H / lunar_lander.SCALE
-DASHBOARD = 50 / lunar_lander.SCALE  # metres of ground below the world, where the dials are
+from touchdown.lander import stock
+
+WIDTH = stock.VIEWPORT_W / stock.SCALE  # metres of the world that can be seen
+HEIGHT = stock.VIEWPORT_H / stock.SCALE
+DASHBOARD = 50 / stock.SCALE  # metres of ground below the world, where the dials are
 SUPERSAMPLING = 4  # pixels drawn along one of the picture's, then averaged
 
 Colour = tuple[int, int, int]
@@ -29,7 +30,7 @@ class Canvas:
     @property
     def pixels_per_metre(self) -> float:
         """Pixels of the picture along one metre."""
-        return lunar_lander.SCALE * self.scale
+        return stock.SCALE * self.scale
 
     @property
     def size(self) -> tuple[int, int]:

@@ -2,9 +2,9 @@
 
 from collections.abc import Collection
 
-from gymnasium.envs.box2d import lunar_lander
 from PIL import Image, ImageDraw
 
+from touchdown.lander import stock
 from touchdown.lander.canvas import HEIGHT, WIDTH, Canvas, font
 from touchdown.lander.env import LEFT_ENGINE, MAIN_ENGINE, RIGHT_ENGINE, fuel_of
 from touchdown.lander.flight import Flight
@@ -70,8 +70,8 @@ def velocity(flight: Flight, step: int) -> tuple[float, float]:
     """The lander's velocity in m/s, which its observation holds in units of its own."""
     _, _, vx, vy = flight.observations[step, :4].tolist()
     return (
-        vx * lunar_lander.FPS / (WIDTH / 2),
-        vy * lunar_lander.FPS / (HEIGHT / 2),
+        vx * stock.FPS / (WIDTH / 2),
+        vy * stock.FPS / (HEIGHT / 2),
     )
 
 

@@ -5,9 +5,9 @@ from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
-from gymnasium.envs.box2d import lunar_lander
 from numpy.typing import NDArray
 
+from touchdown.lander import stock
 from touchdown.lander.canvas import Canvas, Colour, Point, Tile
 from touchdown.lander.env import LEFT_ENGINE, MAIN_ENGINE, RIGHT_ENGINE
 
@@ -15,8 +15,8 @@ _REACH, _MAIN_REACH = 1.5, 2.1  # metres from the hull's centre to the ends of l
 
 # outlines in Gymnasium's units, of which SCALE are a metre, in the frame of the body;
 # hull and leg are the bodies that collide, the rest is ornament inside or close to them
-_HULL: list[Point] = [(float(x), float(y)) for x, y in lunar_lander.LANDER_POLY]
-_LEG_W, _LEG_H = lunar_lander.LEG_W, lunar_lander.LEG_H
+_HULL: list[Point] = [(float(x), float(y)) for x, y in stock.LANDER_POLY]
+_LEG_W, _LEG_H = stock.LEG_W, stock.LEG_H
 _LEG: list[Point] = [(-_LEG_W, -_LEG_H), (_LEG_W, -_LEG_H), (_LEG_W, _LEG_H), (-_LEG_W, _LEG_H)]
 _CABIN_SHADE: list[Point] = [(5, 17), (14, 17), (17, 0), (5, 0)]
 _CABIN_RIM: list[Point] = [(-14, 17), (14, 17), (14.3, 15.2), (-14.3, 15.2)]
@@ -72,7 +72,7 @@ def lander_tile(
     tile = Tile(canvas, ((x - reach, y - reach), (x + reach, y + reach)))
     flaring = 0.86 + 0.14 * sin(2.4 * flicker) * cos(0.9 * flicker)
     main, side = _MAIN_LENGTH * flaring, _SIDE_LENGTH * flaring
-    main = min(main, max(clearance * lunar_lander.SCALE - 12, 8))
+    main = min(main, max(clearance * stock.SCALE - 12, 8))
     # an engine's name is the way it pushes: the left one blows to the right
     plumes = {
         MAIN_ENGINE: _Plume((0, -13), (0, -1), main, 5.6, FLAME),
@@ -123,7 +123,7 @@ def _draw_plume(tile: Tile, hull: Body, plume: _Plume) -> None:
 def _to_world(body: Body, points: Sequence[Point]) -> list[Point]:
     """Points of a body's frame in Gymnasium's units, in metres of the world."""
     x, y, angle = body
-    c, s = cos(angle) / lunar_lander.SCALE, sin(angle) / lunar_lander.SCALE
+    c, s = cos(angle) / stock.SCALE, sin(angle) / stock.SCALE
     return [(x + c * px - s * py, y + s * px + c * py) for px, py in points]
 
 

@@ -11,7 +11,6 @@ from typing import Any
 import gymnasium
 import jax.numpy as jnp
 import numpy as np
-from gymnasium.envs.box2d import lunar_lander
 from safetensors.numpy import save
 
 from touchdown import config as configs
@@ -42,12 +41,16 @@ class HeuristicPilot:
     """The controller that Gymnasium ships with its lander."""
 
     def __init__(self) -> None:
+        # Box2D comes with it, which nobody else here needs
+        from gymnasium.envs.box2d import lunar_lander  # noqa: PLC0415
+
+        self._heuristic: Any = lunar_lander.heuristic
         # it asks the environment only whether its actions are continuous
         self._env = gymnasium.make("LunarLander-v3", disable_env_checker=True).unwrapped
 
     def act(self, observations: FloatArray) -> IntArray:
         """An action for each observation: [N, 8] to [N]."""
-        return np.array([lunar_lander.heuristic(self._env, o) for o in observations])
+        return np.array([self._heuristic(self._env, o) for o in observations])
 
 
 class RandomPilot:

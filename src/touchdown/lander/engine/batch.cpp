@@ -79,7 +79,7 @@ class Worker {
 void step(std::span<Lander> landers, std::span<const Throttle> throttles,
           std::span<const Task> tasks, const Results& results, std::span<Workspace> workspaces,
           Workers& workers) {
-  constexpr std::size_t chunk = 16;  // landers that a thread takes at a time
+  constexpr std::size_t chunk = 64;  // landers that a thread takes at a time
   std::atomic<std::size_t> next{0};
   LaneQueue::Rest rest;
   const std::size_t threads = workers.used_for((landers.size() + chunk - 1) / chunk);

@@ -24,7 +24,7 @@ struct Results {
 };
 
 // What one thread needs from step to step.
-struct Workspace {
+struct alignas(128) Workspace {  // two threads must not write to one cache line
   LaneQueue queue;
   Coverage coverage{};
 };

@@ -14,10 +14,10 @@
 namespace touchdown {
 
 // To sleep and to be woken takes longer than the pause between two steps mostly lasts. Gives the value
-// once it is the one wished for, or as it is after about a tenth of a millisecond.
+// once it is the one wished for, or as it is after a third of a millisecond or so.
 template <typename T, typename Wish>
 T wait_a_little(const std::atomic<T>& value, const Wish& wish) {
-  constexpr int looks = 4000;
+  constexpr int looks = 20000;
   T now = value.load();
   for (int look = 0; look < looks && !wish(now); ++look) {
 #if defined(__x86_64__)
