@@ -51,7 +51,7 @@ def _compile_once(tmp_path_factory: pytest.TempPathFactory) -> None:
 @pytest.fixture(scope="session")
 def network() -> QNetwork:
     """The network of the agents here."""
-    return QNetwork(*SPACES, HIDDEN_SIZES)
+    return QNetwork(*SPACES, NetworkConfig(hidden_sizes=HIDDEN_SIZES))
 
 
 @pytest.fixture(scope="session")

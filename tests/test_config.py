@@ -152,6 +152,8 @@ def other_value(kind: Any, value: Any) -> Any:
     """A value of the field's kind that is in range and is not the given one."""
     if typing.get_origin(kind) is typing.Literal:
         return next(choice for choice in typing.get_args(kind) if choice != value)
+    if kind is bool:
+        return not value
     if kind is int:
         return value + 1
     if kind is float:
@@ -170,7 +172,8 @@ def places() -> list[tuple[str | None, str]]:
 @pytest.mark.parametrize(("section", "name"), places())
 def test_digest_changes_with_every_field_but_the_label(section: str | None, name: str):
     # a middle ground, from which a step up is in range for every field
-    config = Config(exploration=ExplorationConfig(epsilon_start=0.5))
+    learning = LearningConfig(target_period=9 if name == "double" else 0)
+    config = Config(exploration=ExplorationConfig(epsilon_start=0.5), learning=learning)
     holder = getattr(config, section) if section else config
     kind = typing.get_type_hints(type(holder))[name]
     values = {name: other_value(kind, getattr(holder, name))}
@@ -381,3 +384,18 @@ def test_numbers_and_brackets_beyond_reason_are_refused_in_one_line(text, tmp_pa
     with pytest.raises(UserError) as said:
         from_toml(tmp_path / "c.toml")
     assert "\n" not in str(said.value)
+
+
+@pytest.mark.parametrize(
+    ("values", "complaint"),
+    [
+        ({"polyak": 0.1, "target_period": 800}, r"polyak = 0\.1: must be 0 beside target_period"),
+        ({"double": True}, "double = True: must have a target network"),
+        ({"double": 1}, "double = 1: must be true or false"),
+        ({"n_step": 0}, "n_step = 0: must be 1 to"),
+        ({"polyak": 1.5}, r"polyak = 1\.5: must be from 0"),
+    ],
+)
+def test_parts_that_do_not_go_together_are_refused_with_the_reason(values, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        LearningConfig(**values)

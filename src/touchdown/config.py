@@ -25,6 +25,7 @@ _MOST_NODES = 100_000
 _MOST_TRANSITIONS = 1_000_000_000
 _MOST_RESAVES = 1_000_000
 _MOST_STEPS = 2**31 - 1  # optax counts in 32 bits
+_MOST_N_STEP = 1_000
 
 
 def _check(section: object, name: str, *, ok: bool, wanted: str) -> None:
@@ -76,7 +77,8 @@ def _coerced(kind: Any, name: str, given: Any) -> Any:
         if not math.isfinite(value):
             raise ValueError(f"{name} = {value!r}: must be a finite number")
     if type(value) is not kind:
-        wanted = {int: "a whole number", float: "a number", str: "a string"}[kind]
+        kinds = {int: "a whole number", float: "a number", str: "a string", bool: "true or false"}
+        wanted = kinds[kind]
         raise ValueError(f"{name} = {value!r}: must be {wanted}")
     return value
 
@@ -89,6 +91,10 @@ class NetworkConfig:
     """Nodes of each hidden layer, first to last."""
     activation: Literal["relu", "tanh", "silu"] = "relu"
     """Function after each hidden layer."""
+    dueling: bool = False
+    """One output for the state's value and one for each action's advantage (Wang et al., 2016)."""
+    layer_norm: bool = False
+    """Layer normalisation before each hidden layer's function (Ba, Kiros & Hinton, 2016)."""
 
     def __post_init__(self) -> None:
         settle(self)
@@ -108,6 +114,14 @@ class ReplayConfig:
     """τ: how often a rewarded transition is stored again; 0 is plain replay."""
     resave_threshold: float = 0.0
     """A transition is rewarded when its reward is above this (reward units)."""
+    prioritized: bool = False
+    """Transitions are drawn by their last TD error (Schaul et al., 2016), not uniformly."""
+    alpha: float = 0.6
+    """Exponent of the priorities; 0 would be uniform."""
+    beta: float = 0.4
+    """Exponent of the importance weights at the start; it rises to 1 in a line."""
+    beta_duration: int = 100_000
+    """Updates until that exponent is 1."""
 
     def __post_init__(self) -> None:
         settle(self)
@@ -118,6 +132,10 @@ class ReplayConfig:
             raise ValueError(
                 f"min_size = {self.min_size}: must be at most capacity = {self.capacity}"
             )
+        for name in ("alpha", "beta"):
+            _check(self, name, ok=0 <= getattr(self, name) <= 1, wanted="from 0 to 1")
+        duration_ok = 0 < self.beta_duration <= _MOST_STEPS
+        _check(self, "beta_duration", ok=duration_ok, wanted=f"from 1 to {_MOST_STEPS} updates")
         resaves_ok = 0 <= self.resaves <= _MOST_RESAVES
         _check(self, "resaves", ok=resaves_ok, wanted=f"from 0 to {_MOST_RESAVES}")
 
@@ -175,7 +193,15 @@ class LearningConfig:
     update_period: int = 1
     """Observations between updates (Algorithm 2: 1)."""
     target_period: int = 0
-    """n: observations between copies to the target network; 0 is no target network (section 6)."""
+    """n: observations between copies to the target network; 0 makes no copies (section 6)."""
+    polyak: float = 0.0
+    """Share of the weights that the target network takes over after each update (Lillicrap et al.,
+    2016); 0 never. A target network is copied or follows, not both; with neither there is none."""
+    double: bool = False
+    """The online network selects the next action, the target network evaluates it (van Hasselt et
+    al., 2016)."""
+    n_step: int = 1
+    """Steps whose rewards one transition gathers before it bootstraps."""
 
     def __post_init__(self) -> None:
         settle(self)
@@ -190,6 +216,23 @@ class LearningConfig:
         for name in ("learning_rate_duration", "target_period"):
             ok = 0 <= getattr(self, name) <= _MOST_STEPS
             _check(self, name, ok=ok, wanted=f"from 0 to {_MOST_STEPS}")
+        _check(self, "polyak", ok=0 <= self.polyak <= 1, wanted="from 0 (never) to 1")
+        _check(self, "n_step", ok=0 < self.n_step <= _MOST_N_STEP, wanted=f"1 to {_MOST_N_STEP}")
+        if self.polyak and self.target_period:
+            raise ValueError(
+                f"polyak = {self.polyak}: must be 0 beside target_period = {self.target_period}; "
+                "a target network is copied or follows, not both"
+            )
+        if self.double and not self.has_target:
+            raise ValueError(
+                "double = True: must have a target network to evaluate; "
+                "set target_period or polyak above 0"
+            )
+
+    @property
+    def has_target(self) -> bool:
+        """Whether a target network bootstraps."""
+        return self.target_period > 0 or self.polyak > 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -54,12 +54,36 @@ PRESETS["pilot"] = replace(
     ),
 )
 
+_PILOT = PRESETS["pilot"]
+PRESETS.update(
+    {
+        "double-dqn": replace(
+            _PILOT, preset="double-dqn", learning=replace(_PILOT.learning, double=True)
+        ),
+        "dueling-dqn": replace(
+            _PILOT, preset="dueling-dqn", network=replace(_PILOT.network, dueling=True)
+        ),
+        "n-step-dqn": replace(
+            _PILOT, preset="n-step-dqn", learning=replace(_PILOT.learning, n_step=3)
+        ),
+        "prioritized-dqn": replace(
+            _PILOT,
+            preset="prioritized-dqn",
+            replay=replace(_PILOT.replay, prioritized=True, beta_duration=180_000),
+        ),
+    }
+)
+
 SECTIONS_OF_THE_PAPER = {
     "dqn": "section 4, Algorithm 2: replay, no target network",
     "target-dqn": "section 6, Eq. 5: a target network, copied every 1000 observations",
     "preferential-dqn": "section 7: rewarded transitions stored again",
     "paper-best": "section 9: the paper's best printed values",
     "pilot": "section 9 without re-saves, 180,000 observations at a higher rate; `make land`",
+    "double-dqn": "`pilot` with double Q-learning (van Hasselt et al., 2016)",
+    "dueling-dqn": "`pilot` with a dueling head (Wang et al., 2016)",
+    "n-step-dqn": "`pilot` with returns of 3 steps (Sutton, 1988)",
+    "prioritized-dqn": "`pilot` with prioritized replay (Schaul et al., 2016)",
 }
 
 

@@ -1,5 +1,5 @@
 from collections.abc import Callable
-from itertools import islice, pairwise
+from itertools import combinations, islice, pairwise
 
 import numpy as np
 import pytest
@@ -278,3 +278,61 @@ def test_a_pilot_stays_as_it_was_when_its_agent_goes_on_learning(new_agent: NewA
     feed(agent, 200, reward=5.0)
     assert np.array_equal(pilot.act(observations), before)
     assert not np.array_equal(agent.pilot().act(observations), before)
+
+
+# --- parts that combine ---
+
+PARTS = {
+    "double": {"learning": {"target_period": 7, "double": True}},
+    "follows": {"learning": {"polyak": 0.1}},
+    "three steps": {"learning": {"n_step": 3}},
+    "prioritized": {"replay": {"prioritized": True, "beta_duration": 20}},
+    "re-saved": {"replay": {"resaves": 2}},
+    "dueling": {"network": {"dueling": True}},
+    "normalised": {"network": {"layer_norm": True}},
+}
+
+
+def together(*names: str) -> dict[str, dict]:
+    """The settings of several parts, as `new_agent` takes them."""
+    settings: dict[str, dict] = {}
+    for name in names:
+        for section, values in PARTS[name].items():
+            settings[section] = settings.get(section, {}) | values
+    return settings
+
+
+@pytest.mark.parametrize("pair", list(combinations(PARTS, 2)), ids=" and ".join)
+def test_two_parts_learn_together_or_are_refused_with_the_reason(
+    pair: tuple[str, str], new_agent: NewAgent
+):
+    if set(pair) == {"double", "follows"}:  # two targets at once
+        with pytest.raises(ValueError, match="copied or follows, not both"):
+            new_agent(**together(*pair))
+        return
+    agent = new_agent(**together(*pair))
+    before = online(agent)
+    feed(agent, 60)
+    assert agent.updates > 0
+    assert np.isfinite(online(agent)).all()
+    assert not np.array_equal(before, online(agent))
+
+
+def test_transitions_under_way_when_an_episode_is_cut_off_are_remembered(new_agent: NewAgent):
+    agent = new_agent(learning={"n_step": 4, "gamma": 0.5})
+    feed(agent, 6)
+    assert len(agent.memory) == 3
+    agent.begin_episode(1)
+    discounts = agent.memory.ring.records["discount_t"].tolist()
+    assert discounts == [0.5**4] * 3 + [0.5**3, 0.5**2, 0.5]
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_every_part_learns_the_way_along_a_chain(part: str, new_agent: NewAgent, chain):
+    settings = together(part)
+    settings["learning"] = {"gamma": 0.7, "learning_rate": 5e-3} | settings.get("learning", {})
+    settings["exploration"] = {"schedule": "constant", "epsilon_start": 1.0}
+    agent = new_agent(**settings)
+    list(islice(interact(agent, chain(limit=20), lambda episode: episode % 5), 1_500))
+    for place in range(4):
+        assert greedy_action(agent, np.eye(5, dtype=np.float32)[place]) == 1

@@ -148,7 +148,7 @@ def test_updates_equal_backpropagation_and_adam_by_hand(config: LearningConfig, 
     for number, reward in enumerate((0.3, 1.0, 9.0), start=1):
         batch = random_batch(number, reward=reward)
         q_tm1 = np.array([forward(online, row["o_tm1"].astype(float))[-1] for row in batch])
-        state, metrics = update(state, words_of(batch), MEASURED)
+        state, metrics, _ = update(state, words_of(batch), None, MEASURED)
         loss, norm = slow_update(config, online, target, moments, number=number, batch=batch)
         for fast, slow in zip(layers_of(network, state.online_params), online, strict=True):
             assert_allclose(fast[0], slow[0], rtol=0, atol=1e-5)
@@ -183,7 +183,7 @@ def test_gradient_does_not_flow_through_the_bootstrap(target_period: int, networ
     batch["o_t"][:, 4] = 1  # state 4 is only bootstrapped from
     batch["discount_t"] = 1
     batch["r_t"] = 5
-    new, _ = learner.make_update(network, config)(state, words_of(batch), QUIET)
+    new, *_ = learner.make_update(network, config)(state, words_of(batch), None, QUIET)
     before, after = (layers_of(network, s.online_params)[0][0] for s in (state, new))
     assert np.array_equal(before[:, 4], after[:, 4])
     assert np.abs(before - after)[:, 0].max() > 1e-3
@@ -196,8 +196,8 @@ def test_updates_leave_the_target_network_alone(network: QNetwork):
     before = np.array(state.target_params)
     assert np.array_equal(before, state.online_params)  # it starts as a copy
     for number in range(3):
-        state, _ = learner.make_update(network, config)(
-            state, words_of(random_batch(number)), QUIET
+        state, *_ = learner.make_update(network, config)(
+            state, words_of(random_batch(number)), None, QUIET
         )
     assert np.array_equal(before, state.target_params)
     assert not np.isclose(before, state.online_params).all()
@@ -209,13 +209,13 @@ def test_without_a_period_there_is_no_target_network(network: QNetwork):
 
 def test_a_copied_target_outlives_the_online_parameters_it_came_from(network: QNetwork):
     config = LearningConfig(target_period=10, batch_size=16)
-    update = jax.jit(learner.make_update(network, config), donate_argnums=0, static_argnums=2)
+    update = jax.jit(learner.make_update(network, config), donate_argnums=0, static_argnums=3)
     state = learner.init_learner(network, config, seed=0)
     batch = words_of(random_batch(1, size=16))
     for _ in range(2):  # donated from the start, and after a copy
         old_target = np.array(state.target_params)
         donated = state
-        state, _ = update(state, batch, QUIET)
+        state, *_ = update(state, batch, None, QUIET)
         assert donated.online_params.is_deleted()  # its memory was given away
         assert np.array_equal(state.target_params, old_target)
         online = np.array(state.online_params)
@@ -228,11 +228,11 @@ def test_a_copied_target_outlives_the_online_parameters_it_came_from(network: QN
 
 def test_measuring_an_update_does_not_change_it(network: QNetwork):
     config = LearningConfig(target_period=10, loss="huber", max_grad_norm=1.0)
-    update = jax.jit(learner.make_update(network, config), static_argnums=2)
+    update = jax.jit(learner.make_update(network, config), static_argnums=3)
     state = learner.init_learner(network, config, seed=0)
     batch = words_of(random_batch(0))
-    measured, metrics = update(state, batch, MEASURED)
-    quiet, nothing = update(state, batch, QUIET)
+    measured, metrics, _ = update(state, batch, None, MEASURED)
+    quiet, nothing, _ = update(state, batch, None, QUIET)
     assert metrics is not None
     assert nothing is None
     for one, other in zip(jax.tree.leaves(measured), jax.tree.leaves(quiet), strict=True):
@@ -242,7 +242,7 @@ def test_measuring_an_update_does_not_change_it(network: QNetwork):
 def test_copying_the_target_changes_nothing_else(network: QNetwork):
     config = LearningConfig(target_period=10)
     state = learner.init_learner(network, config, seed=0)
-    state, _ = learner.make_update(network, config)(state, words_of(random_batch(0)), QUIET)
+    state, *_ = learner.make_update(network, config)(state, words_of(random_batch(0)), None, QUIET)
     copied = learner.copy_target(state)
     for name in ("online_params", "opt_state"):
         same = jax.tree.map(np.array_equal, getattr(state, name), getattr(copied, name))
@@ -305,8 +305,40 @@ def test_state_is_a_value_that_updates_do_not_change(network: QNetwork):
     state = learner.init_learner(network, LearningConfig(), seed=0)
     kept = jax.tree.map(np.array, state)
     update = learner.make_update(network, LearningConfig())
-    one, _ = update(state, words_of(random_batch(0)), QUIET)
-    two, _ = update(state, words_of(random_batch(0)), QUIET)
+    one, *_ = update(state, words_of(random_batch(0)), None, QUIET)
+    two, *_ = update(state, words_of(random_batch(0)), None, QUIET)
     assert isinstance(one, LearnerState)
     assert jax.tree.all(jax.tree.map(np.array_equal, state, kept))
     assert jax.tree.all(jax.tree.map(np.array_equal, one, two))
+
+
+def test_a_target_that_follows_takes_over_its_share_after_each_update(network: QNetwork):
+    config = LearningConfig(polyak=0.25)
+    state = learner.init_learner(network, config, seed=0)
+    before = np.array(state.target_params)
+    new, *_ = learner.make_update(network, config)(state, words_of(random_batch(0)), None, QUIET)
+    online = np.array(new.online_params)
+    assert_allclose(new.target_params, before + 0.25 * (online - before), rtol=1e-6)
+
+
+def test_weights_scale_each_transition_s_loss(network: QNetwork):
+    config = LearningConfig(optimizer="sgd", learning_rate=1.0)
+    state = learner.init_learner(network, config, seed=0)
+    update = learner.make_update(network, config)
+    batch = random_batch(0, size=2)
+    only_first, *_ = update(state, words_of(batch), jnp.array([1.0, 0.0]), QUIET)
+    half_of_first, *_ = update(state, words_of(batch[:1]), jnp.array([0.5]), QUIET)
+    assert_allclose(only_first.online_params, half_of_first.online_params, atol=1e-6)
+
+
+def test_the_errors_handed_back_are_those_of_the_weights_before_the_update(network: QNetwork):
+    config = LearningConfig(target_period=9, double=True)
+    state = learner.init_learner(network, config, seed=0)
+    state = state._replace(target_params=state.online_params * 0.5)
+    batch = random_batch(0)
+    _, _, td_error = learner.make_update(network, config)(state, words_of(batch), None, QUIET)
+    q_tm1, q_t = (network.apply(state.online_params, batch[o]) for o in ("o_tm1", "o_t"))
+    evaluated = network.apply(state.target_params, batch["o_t"])
+    for i, row in enumerate(batch):
+        target = row["r_t"] + row["discount_t"] * evaluated[i][q_t[i].argmax()]
+        assert_allclose(td_error[i], target - q_tm1[i][row["a_tm1"]], rtol=1e-4)

@@ -5,6 +5,7 @@ from numpy.random import default_rng
 from numpy.testing import assert_allclose
 
 from touchdown.agents.networks import QNetwork
+from touchdown.config import NetworkConfig
 
 ACTIVATIONS = {
     "relu": lambda x: np.maximum(x, 0),
@@ -26,7 +27,7 @@ def forward(layers: dict[str, jax.Array], observation: np.ndarray, activation) -
 
 @pytest.mark.parametrize("activation", ACTIVATIONS)
 def test_values_of_a_batch_are_a_plain_forward_pass_of_each_observation(activation: str):
-    network = QNetwork(5, 2, (16, 16), activation)
+    network = QNetwork(5, 2, NetworkConfig(hidden_sizes=(16, 16), activation=activation))
     params = network.init(jax.random.key(1))
     observations = default_rng(0).normal(size=(20, 5)).astype(np.float32) * 3
     layers = network.layers(params)
@@ -37,7 +38,7 @@ def test_values_of_a_batch_are_a_plain_forward_pass_of_each_observation(activati
 
 
 def test_without_hidden_layers_values_are_linear_in_the_observation():
-    network = QNetwork(2, 3, ())
+    network = QNetwork(2, 3, NetworkConfig(hidden_sizes=()))
     assert network.num_params == 9
     params = np.array([1, 2, 3, 4, 5, 6, 10, 20, 30], np.float32)  # weights by row, then biases
     assert network.apply(params, np.array([[1, 0], [0, 1]], np.float32)).tolist() == [
@@ -78,3 +79,48 @@ def test_fresh_parameters_repeat_with_the_key_and_differ_between_keys_and_layers
     assert np.array_equal(one, same)
     assert not np.isin(one, other).any()
     assert len(np.unique(one)) == network.num_params
+
+
+def test_a_dueling_head_adds_the_value_to_advantages_whose_mean_is_nothing():
+    network = QNetwork(3, 4, NetworkConfig(hidden_sizes=(), dueling=True))
+    named = {
+        "value.weight": [[1, 0, 0]],
+        "value.bias": [10],
+        "advantage.weight": [[0, 0, 0], [0, 1, 0], [0, 0, 0], [0, 0, 0]],
+        "advantage.bias": [0, 0, 2, 6],
+    }
+    params = network.params_of({name: np.array(v, np.float32) for name, v in named.items()})
+    q = network.apply(params, np.array([[5.0, 4.0, 99.0]], np.float32))
+    # V = 15; A = 0, 4, 2, 6 with a mean of 3
+    assert_allclose(q, [[12.0, 16.0, 14.0, 18.0]])
+
+
+def test_layer_normalisation_comes_before_the_activation():
+    network = QNetwork(2, 1, NetworkConfig(hidden_sizes=(2,), layer_norm=True))
+    named = {
+        "layers.0.weight": [[1, 0], [0, 1]],
+        "layers.0.bias": [0, 0],
+        "norms.0.weight": [1, 1],
+        "norms.0.bias": [0, 5],
+        "layers.1.weight": [[100, 1]],
+        "layers.1.bias": [0],
+    }
+    params = network.params_of({name: np.array(v, np.float32) for name, v in named.items()})
+    q = network.apply(params, np.array([[3.0, 7.0]], np.float32))
+    # -2 and 2 about their mean, over a deviation of 2: -1 is cut off, and 1 + 5 stays
+    assert_allclose(q, [[6.0]], rtol=1e-5)
+
+
+@pytest.mark.parametrize("dueling", [False, True])
+@pytest.mark.parametrize("layer_norm", [False, True])
+def test_parameters_by_name_make_the_same_network_again(dueling: bool, layer_norm: bool):
+    config = NetworkConfig(hidden_sizes=(6, 5), dueling=dueling, layer_norm=layer_norm)
+    network = QNetwork(3, 4, config)
+    params = network.init(jax.random.key(3))
+    named = {name: np.asarray(value) for name, value in network.layers(params).items()}
+    assert np.array_equal(network.params_of(named), params)
+    with pytest.raises(ValueError, match="the network needs"):
+        network.params_of(named | {"more": np.zeros(1, np.float32)})
+    name = next(iter(named))
+    with pytest.raises(ValueError, match=f"{name} is float64"):
+        network.params_of(named | {name: named[name].astype(float)})

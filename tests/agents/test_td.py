@@ -5,7 +5,7 @@ import pytest
 from numpy.random import default_rng
 from numpy.testing import assert_allclose
 
-from touchdown.agents.td import q_error
+from touchdown.agents.td import double_q_error, q_error
 
 
 def error_of(q_tm1, a_tm1, r_t, discount_t, q_t) -> np.ndarray:
@@ -57,3 +57,23 @@ def test_gradient_lowers_the_value_of_the_action_taken_and_no_other(action: int)
         )[0]
     )(jnp.array([[1.0, 2.0]]))
     assert np.asarray(slope)[0].tolist() == [-1.0 * (action == 0), -1.0 * (action == 1)]
+
+
+def test_double_q_error_selects_by_the_online_values_and_evaluates_by_the_target_s():
+    delta = double_q_error(
+        jnp.array([[5.0, 1.0]]),
+        jnp.array([0]),
+        jnp.array([1.0]),
+        jnp.array([0.5]),
+        q_t_online=jnp.array([[0.0, 9.0]]),
+        q_t_target=jnp.array([[7.0, 4.0]]),
+    )
+    assert_allclose(delta, [-2.0])  # 1 + ½·4 − 5: neither the target's own best, 7, nor 9
+
+
+def test_double_q_error_is_the_plain_one_where_both_networks_are_one():
+    q_tm1, q_t = default_rng(0).normal(size=(2, 20, 4))
+    rest = jnp.arange(20) % 4, jnp.ones(20), jnp.full(20, 0.9)
+    plain = q_error(jnp.array(q_tm1), *rest, jnp.array(q_t))
+    double = double_q_error(jnp.array(q_tm1), *rest, jnp.array(q_t), jnp.array(q_t))
+    assert_allclose(plain, double)

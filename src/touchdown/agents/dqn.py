@@ -12,13 +12,16 @@ from touchdown.agents.learner import (
     Batch,
     LearnerState,
     Metrics,
+    Updated,
+    Weights,
     copy_target,
     init_learner,
     make_update,
 )
 from touchdown.agents.networks import QNetwork
-from touchdown.config import Config
-from touchdown.memory.replay import Replay
+from touchdown.config import Config, ReplayConfig
+from touchdown.memory.n_step import NStep
+from touchdown.memory.replay import Proportional, Replay
 from touchdown.seeding import Streams
 from touchdown.types import FloatArray, IntArray
 
@@ -34,12 +37,13 @@ class Spaces(NamedTuple):
 
 def make_network(config: Config, spaces: Spaces) -> QNetwork:
     """The Q-network that the config describes for a world."""
-    return QNetwork(
-        spaces.observation_size,
-        spaces.num_actions,
-        config.network.hidden_sizes,
-        config.network.activation,
-    )
+    return QNetwork(spaces.observation_size, spaces.num_actions, config.network)
+
+
+def _proportional(config: ReplayConfig) -> Proportional | None:
+    if not config.prioritized:
+        return None
+    return Proportional(config.alpha, config.beta, config.beta_duration)
 
 
 class GreedyPilot:
@@ -90,7 +94,9 @@ class DQNAgent:
             spaces.observation_size,
             config.replay.resaves,
             config.replay.resave_threshold,
+            _proportional(config.replay),
         )
+        self._n_step = NStep(config.learning.n_step, config.learning.gamma)
         self.observations = 0  # environment steps observed so far
         self.updates = 0
         self.epsilon = 1.0
@@ -103,17 +109,23 @@ class DQNAgent:
         update = make_update(self.network, self._config.learning)
 
         def update_and_look(
-            state: LearnerState, batch: Batch, observation: jax.Array, measured: bool
-        ) -> tuple[LearnerState, Metrics | None, jax.Array]:
+            state: LearnerState,
+            batch: Batch,
+            weights: Weights | None,
+            observation: jax.Array,
+            measured: bool,
+        ) -> tuple[Updated, jax.Array]:
             # the values for the next action come from the same call: a second one would cost
             # as much again as the arithmetic of a small network
-            state, metrics = update(state, batch, measured)
-            return state, metrics, self.network.apply(state.online_params, observation[None])[0]
+            updated = update(state, batch, weights, measured)
+            return updated, self.network.apply(updated.state.online_params, observation[None])[0]
 
-        return jax.jit(update_and_look, donate_argnums=0, static_argnums=3)
+        return jax.jit(update_and_look, donate_argnums=0, static_argnums=4)
 
     def begin_episode(self, episode: int) -> None:
-        """Set ε for an episode whose schedule counts episodes, and forget the last one's values."""
+        """Set ε for an episode whose schedule counts episodes, and leave the last one behind."""
+        for experience in self._n_step.cut():
+            self.memory.add(experience)
         self._next_q = None
         self.epsilon = self._epsilon_of(episode, self.observations)
 
@@ -141,8 +153,9 @@ class DQNAgent:
             The metrics of every `metrics_period`-th update, None at other times.
         """
         config = self._config
-        discount = 0.0 if terminated else config.learning.gamma  # truncation still bootstraps
-        self.memory.add(o_tm1, a_tm1, r_t, discount, o_t, terminated=terminated)
+        # truncation still bootstraps
+        for experience in self._n_step.push(o_tm1, a_tm1, r_t, o_t, terminated=terminated):
+            self.memory.add(experience)
         self.observations += 1
         self._next_q = None
         metrics = None
@@ -150,17 +163,27 @@ class DQNAgent:
             len(self.memory) >= config.replay.min_size
             and self.observations % config.learning.update_period == 0
         ):
-            batch = self.memory.sample(config.learning.batch_size, self._streams.replay)
-            words = batch.view(np.float32).reshape(len(batch), -1)
+            sample = self.memory.sample(config.learning.batch_size, self._streams.replay)
+            words = sample.records.view(np.float32).reshape(len(sample.records), -1)
             self.updates += 1
             measured = self.updates % config.training.metrics_period == 0
-            self.state, metrics, self._next_q = self._update(self.state, words, o_t, measured)
+            updated, self._next_q = self._update(self.state, words, sample.weights, o_t, measured)
+            self.state, metrics, td_error = updated
+            if sample.weights is not None:
+                self.memory.learnt(sample.indices, np.asarray(td_error))
         period = config.learning.target_period
         if period and self.observations % period == 0:
             self.state = copy_target(self.state)
         if config.exploration.schedule == "linear":
             self.epsilon = self._epsilon_of(0, self.observations)
         return metrics
+
+    def recall(self, o_tm1: FloatArray, a_tm1: int, r_t: float, o_t: FloatArray) -> None:
+        """Go once more through a step that was observed before a checkpoint and is no end.
+
+        Whatever transitions are whole by it are in the memory already.
+        """
+        self._n_step.push(o_tm1, a_tm1, r_t, o_t, terminated=False)
 
     def mood(self) -> tuple[float, NDArray[np.float32] | None]:
         """ε, and Q(s,·) of where the episode is, if it is known: what `state` leaves out."""

@@ -31,8 +31,17 @@ class Metrics(NamedTuple):
     gradient_norm: jax.Array
 
 
+class Updated(NamedTuple):
+    """What an update gives."""
+
+    state: LearnerState
+    metrics: Metrics | None
+    td_error: Float[jax.Array, " B"]
+
+
 Batch = Float[jax.Array, "B W"]
-Update = Callable[[LearnerState, Batch, bool], tuple[LearnerState, Metrics | None]]
+Weights = Float[jax.Array, " B"]
+Update = Callable[[LearnerState, Batch, Weights | None, bool], Updated]
 
 
 def make_optimizer(config: LearningConfig) -> optax.GradientTransformation:
@@ -54,7 +63,7 @@ def init_learner(network: QNetwork, config: LearningConfig, seed: int) -> Learne
     online = network.init(jax.random.key(seed))
     return LearnerState(
         online_params=online,
-        target_params=jnp.array(online, copy=True) if config.target_period else None,
+        target_params=jnp.array(online, copy=True) if config.has_target else None,
         opt_state=make_optimizer(config).init(online),
     )
 
@@ -64,45 +73,65 @@ def copy_target(state: LearnerState) -> LearnerState:
     return state._replace(target_params=jnp.array(state.online_params, copy=True))
 
 
-def loss_of(td_error: Float[jax.Array, " B"], kind: str) -> Float[jax.Array, ""]:
-    """Mean over the batch of δ² (`mse`), or of Huber's loss with its knee at 1 (`huber`)."""
-    if kind == "mse":
-        return jnp.mean(jnp.square(td_error))
-    return jnp.mean(optax.huber_loss(td_error))
+def follow(state: LearnerState, share: float) -> LearnerState:
+    """Θ′ ← Θ′ + share·(Θ − Θ′)   (Polyak averaging; Lillicrap et al., 2016)."""
+    lag = optax.tree.sub(state.online_params, state.target_params)
+    return state._replace(target_params=optax.tree.add_scale(state.target_params, share, lag))
+
+
+def loss_of(
+    td_error: Float[jax.Array, " B"], kind: str, weights: Weights | None = None
+) -> Float[jax.Array, ""]:
+    """Mean over the batch of δ² (`mse`), or of Huber's loss with its knee at 1 (`huber`).
+
+    Args:
+        td_error: δ.
+        kind: of loss.
+        weights: factors on the transitions' losses, such as a prioritized memory's.
+    """
+    losses = jnp.square(td_error) if kind == "mse" else optax.huber_loss(td_error)
+    return jnp.mean(losses if weights is None else weights * losses)
 
 
 def make_update(network: QNetwork, config: LearningConfig) -> Update:
     """A pure update of one minibatch, to be compiled by the caller.
 
-    Its third argument says whether it measures, and is part of what is compiled: metrics that
+    Its last argument says whether it measures, and is part of what is compiled: metrics that
     nobody writes down would cost a twentieth of the update.
     """
     optimizer = make_optimizer(config)
 
     def loss_and_q(
-        online: Params, bootstrap: Params, batch: Transition
-    ) -> tuple[jax.Array, jax.Array]:
+        online: Params, bootstrap: Params, batch: Transition, weights: Weights | None
+    ) -> tuple[jax.Array, tuple[jax.Array, jax.Array]]:
         q_tm1 = network.apply(online, batch.o_tm1)
         q_t = jax.lax.stop_gradient(network.apply(bootstrap, batch.o_t))
-        r_t = batch.r_t * config.reward_scale
-        td_error = td.q_error(q_tm1, batch.a_tm1, r_t, batch.discount_t, q_t)
-        return loss_of(td_error, config.loss), q_tm1
+        taken = batch.a_tm1, batch.r_t * config.reward_scale, batch.discount_t
+        if config.double:
+            q_t_online = jax.lax.stop_gradient(network.apply(online, batch.o_t))
+            td_error = td.double_q_error(q_tm1, *taken, q_t_online, q_t)
+        else:
+            td_error = td.q_error(q_tm1, *taken, q_t)
+        return loss_of(td_error, config.loss, weights), (q_tm1, td_error)
 
     def update(
-        state: LearnerState, words: Batch, measured: bool
-    ) -> tuple[LearnerState, Metrics | None]:
+        state: LearnerState, words: Batch, weights: Weights | None, measured: bool
+    ) -> Updated:
         batch = unpack_transitions(words, network.observation_size)
         online = state.online_params
         bootstrap = online if state.target_params is None else state.target_params
         gradient_of = jax.value_and_grad(loss_and_q, has_aux=True)
-        (loss, q_tm1), gradient = gradient_of(online, bootstrap, batch)
+        (loss, (q_tm1, td_error)), gradient = gradient_of(online, bootstrap, batch, weights)
         step, opt_state = optimizer.update(gradient, state.opt_state, online)
         new_state = state._replace(
             online_params=optax.apply_updates(online, step),
             opt_state=opt_state,
         )
+        if config.polyak:
+            new_state = follow(new_state, config.polyak)
         if not measured:
-            return new_state, None
-        return new_state, Metrics(loss, q_tm1.mean(), q_tm1.max(), jnp.linalg.norm(gradient))
+            return Updated(new_state, None, td_error)
+        metrics = Metrics(loss, q_tm1.mean(), q_tm1.max(), jnp.linalg.norm(gradient))
+        return Updated(new_state, metrics, td_error)
 
     return update

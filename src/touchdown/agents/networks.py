@@ -1,15 +1,40 @@
 """Q-networks: observations in, one value an action out."""
 
+from collections.abc import Mapping
 from typing import Any, cast
 
 import equinox as eqx
 import jax
+import numpy as np
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Float, PRNGKeyArray
+from numpy.typing import NDArray
 
-from touchdown.types import Params
+from touchdown.config import NetworkConfig
+from touchdown.types import FloatArray, Params
 
+_KINDS = ("weight", "bias")
 _ACTIVATIONS = {"relu": jax.nn.relu, "tanh": jax.nn.tanh, "silu": jax.nn.silu}
+
+
+class DuelingHead(eqx.Module):
+    """Q(s,a) = V(s) + A(s,a) − mean A(s,·)   (Wang et al., 2016, Eq. 9)."""
+
+    value: eqx.nn.Linear
+    advantage: eqx.nn.Linear
+
+    def __init__(self, fan_in: int, num_actions: int, key: PRNGKeyArray) -> None:
+        value_key, advantage_key = jax.random.split(key)
+        self.value = eqx.nn.Linear(fan_in, 1, key=value_key)
+        self.advantage = eqx.nn.Linear(fan_in, num_actions, key=advantage_key)
+
+    def __call__(
+        self, features: Float[jax.Array, " F"], *, key: PRNGKeyArray | None = None
+    ) -> Float[jax.Array, " A"]:
+        """Q(s,·) of one state's features."""
+        del key
+        advantage = self.advantage(features)
+        return self.value(features) + advantage - advantage.mean()
 
 
 class QNetwork:
@@ -18,20 +43,13 @@ class QNetwork:
     Args:
         observation_size: D, inputs.
         num_actions: A, outputs.
-        hidden_sizes: nodes of each hidden layer; none makes Q linear in the observation.
-        activation: `relu`, `tanh` or `silu`, after each hidden layer.
+        config: layers and head; no hidden layer makes Q linear in the observation.
     """
 
-    def __init__(
-        self,
-        observation_size: int,
-        num_actions: int,
-        hidden_sizes: tuple[int, ...],
-        activation: str = "relu",
-    ) -> None:
+    def __init__(self, observation_size: int, num_actions: int, config: NetworkConfig) -> None:
         self.observation_size = observation_size
-        self._sizes = (observation_size, *hidden_sizes, num_actions)
-        self._activation = _ACTIVATIONS[activation]
+        self.num_actions = num_actions
+        self.config = config
         arrays, self._static = _split(self._module(jax.random.key(0)))
         flat, self._unravel = ravel_pytree(arrays)
         self.num_params = int(flat.size)
@@ -39,12 +57,18 @@ class QNetwork:
         """`apply`, compiled once for everyone who flies this network."""
 
     def _module(self, key: PRNGKeyArray) -> eqx.nn.Sequential:
-        keys = jax.random.split(key, len(self._sizes) - 1)
+        config = self.config
+        sizes = (self.observation_size, *config.hidden_sizes)
+        *keys, head_key = jax.random.split(key, len(sizes))
         layers: list[Any] = []
-        for fan_in, fan_out, layer_key in zip(self._sizes, self._sizes[1:], keys, strict=False):
+        for fan_in, fan_out, layer_key in zip(sizes, sizes[1:], keys, strict=False):
             layers.append(eqx.nn.Linear(fan_in, fan_out, key=layer_key))
-            layers.append(eqx.nn.Lambda(self._activation))
-        return eqx.nn.Sequential(layers[:-1])
+            if config.layer_norm:
+                layers.append(eqx.nn.LayerNorm(fan_out))
+            layers.append(eqx.nn.Lambda(_ACTIVATIONS[config.activation]))
+        head = DuelingHead if config.dueling else eqx.nn.Linear
+        layers.append(head(sizes[-1], self.num_actions, key=head_key))
+        return eqx.nn.Sequential(layers)
 
     def init(self, key: PRNGKeyArray) -> Params:
         """Fresh parameters: weights and biases uniform in ±1/√(fan in)."""
@@ -58,13 +82,42 @@ class QNetwork:
         return jax.vmap(module)(observations)
 
     def layers(self, params: Params) -> dict[str, jax.Array]:
-        """Parameters by name: `layers.0.weight` [out, in], `layers.0.bias` [out], and so on."""
-        linears = self._unravel(params).layers[::2]
-        return {
-            f"layers.{i}.{name}": getattr(linear, name)
-            for i, linear in enumerate(linears)
-            for name in ("weight", "bias")
-        }
+        """Parameters by name: `layers.0.weight` [out, in], `layers.0.bias` [out], and so on.
+
+        Of a normalisation `norms.0.weight`; of a dueling head `value.weight`, `advantage.weight`.
+        """
+        return dict(zip(self._names(), jax.tree.leaves(self._unravel(params)), strict=True))
+
+    def params_of(self, layers: Mapping[str, FloatArray]) -> NDArray[np.float32]:
+        """Flat parameters from those that `layers` names.
+
+        Raises:
+            ValueError: they are others than this network's, or of other shapes or types.
+        """
+        wanted = self.layers(jax.numpy.zeros(self.num_params))
+        if layers.keys() != wanted.keys():
+            raise ValueError(f"it holds {sorted(layers)}, the network needs {sorted(wanted)}")
+        for name, like in wanted.items():
+            given = layers[name]
+            if given.shape != like.shape or given.dtype != np.float32:
+                raise ValueError(
+                    f"{name} is {given.dtype}{given.shape}, must be float32{like.shape}"
+                )
+        return np.concatenate([layers[name].ravel() for name in wanted])
+
+    def _names(self) -> list[str]:
+        """The parameters' names in the order in which they lie in the flat vector."""
+        arrays = self._unravel(jax.numpy.zeros(self.num_params))
+        counts: dict[str, int] = {}
+        names: list[str] = []
+        for layer in arrays.layers:
+            if isinstance(layer, DuelingHead):
+                names += [f"{part}.{kind}" for part in ("value", "advantage") for kind in _KINDS]
+            elif isinstance(layer, eqx.nn.Linear | eqx.nn.LayerNorm):
+                group = "layers" if isinstance(layer, eqx.nn.Linear) else "norms"
+                number = counts[group] = counts.get(group, -1) + 1
+                names += [f"{group}.{number}.{kind}" for kind in _KINDS]
+        return names
 
 
 def _split(module: eqx.Module) -> tuple[Any, Any]:

@@ -66,10 +66,7 @@ def save_checkpoint(
     """
     tensors = {
         "learner": _learner_tensors(agent.state),
-        "memory": {
-            name: np.ascontiguousarray(agent.memory.ring.records[name])
-            for name in agent.memory.ring.records.dtype.names or ()
-        },
+        "memory": agent.memory.tensors(),
         "finalists": {str(f.observations): f.params for f in progress.finalists},
     }
     midway = progress.midway
@@ -145,11 +142,7 @@ def restore_checkpoint(path: Path, digest: str, agent: DQNAgent, streams: Stream
             if name != "midway" or state.get("midway") is not None
         }
         agent.state = _learner_from(agent.state, groups["learner"])
-        names = agent.memory.ring.records.dtype.names or ()
-        records = np.zeros(len(groups["memory"]["a_tm1"]), agent.memory.ring.records.dtype)
-        for name in names:
-            records[name] = groups["memory"][name]
-        agent.memory.ring.restore(records, state["memory_added"])
+        agent.memory.restore(groups["memory"], state["memory_added"])
         agent.observations = state["observations"]
         agent.updates = state["updates"]
         for name, generator in streams._asdict().items():

@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from touchdown import config as configs
 from touchdown import files
 from touchdown.agents.dqn import GreedyPilot
 from touchdown.agents.networks import QNetwork
-from touchdown.config import Config
+from touchdown.config import Config, NetworkConfig
 from touchdown.control.pid import PIDConfig, PIDPilot, Rule
 from touchdown.errors import UserError, one_line
 from touchdown.lander import env as lander
@@ -25,7 +25,7 @@ from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
 from touchdown.types import FloatArray, IntArray, Pilot
 
-WEIGHTS_FORMAT_VERSION = 1
+WEIGHTS_FORMAT_VERSION = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,7 +160,7 @@ def save_weights(
     metadata = {
         "format_version": str(WEIGHTS_FORMAT_VERSION),
         "env_id": config.env_id,
-        "activation": config.network.activation,
+        "network": json.dumps(asdict(network.config)),
         "preset": config.preset,
         "seed": str(config.seed),
         "facts": json.dumps(facts),
@@ -181,27 +181,19 @@ def load_weights(path: Path) -> NamedPilot:
             f"{path}: format_version = {version!r}: this touchdown reads {WEIGHTS_FORMAT_VERSION}"
         )
     try:
-        layers = [
-            (tensors[f"layers.{i}.weight"], tensors[f"layers.{i}.bias"])
-            for i in range(len(tensors) // 2)
-        ]
-        sizes = [weight.shape[0] for weight, _ in layers]
-        network = QNetwork(
-            layers[0][0].shape[1], sizes[-1], tuple(sizes[:-1]), metadata["activation"]
-        )
-        params = np.concatenate([part.ravel() for layer in layers for part in layer])
-        if params.dtype != np.float32 or params.size != network.num_params:
-            raise ValueError(f"{params.size} {params.dtype} weights for {network.num_params}")
         env_id = metadata["env_id"]
-    except (KeyError, IndexError, ValueError) as error:
+        shape = NetworkConfig(**json.loads(metadata["network"]))
+    except (KeyError, TypeError, ValueError) as error:
         raise UserError(f"{path}: not a pilot's weights: {one_line(error)}") from None
     world = lander.make(env_id)
     world.env.close()
-    if (network.observation_size, sizes[-1]) != (world.observation_size, world.num_actions):
+    network = QNetwork(world.observation_size, world.num_actions, shape)
+    try:
+        params = network.params_of(tensors)
+    except ValueError as error:
         raise UserError(
-            f"{path}: {network.observation_size} inputs and {sizes[-1]} outputs, must be "
-            f"{world.observation_size} and {world.num_actions} for env_id {env_id!r}"
-        )
+            f"{path}: not a pilot's weights for env_id {env_id!r}: {one_line(error)}"
+        ) from None
     return NamedPilot(path.stem, GreedyPilot(network, params), env_id)
 
 

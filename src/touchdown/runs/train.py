@@ -215,7 +215,9 @@ class Trainer:
         observation, _ = env.reset(seed=training_start(self._config.seed, self._progress.episodes))
         episode_return = 0.0
         for action in midway.actions:
+            before = observation
             observation, reward, _, _, _ = env.step(action)
+            self._agent.recall(before, action, float(reward), observation)
             episode_return += float(reward)
         self._agent.restore_mood(midway.epsilon, midway.next_q)
         return episode_return, list(midway.actions), observation

@@ -1,0 +1,65 @@
+"""Transitions over several steps: the rewards of n steps in one, and the observation after them."""
+
+from collections import deque
+from typing import NamedTuple
+
+from touchdown.types import FloatArray
+
+
+class Experience(NamedTuple):
+    """One transition on its way into a memory."""
+
+    o_tm1: FloatArray
+    a_tm1: int
+    r_t: float
+    discount_t: float
+    o_t: FloatArray
+    terminated: bool
+
+
+class NStep:
+    """Makes transitions of n steps out of single ones (Sutton, 1988; Watkins, 1989).
+
+    R = r₁ + γ·r₂ + ... + γⁿ⁻¹·rₙ, and the bootstrap is discounted by γⁿ; by 0 where the world ended
+    on the way. Towards the end of an episode there are fewer steps left, and fewer are taken.
+
+    Args:
+        n: steps, at least 1.
+        gamma: γ.
+    """
+
+    def __init__(self, n: int, gamma: float) -> None:
+        if n < 1:
+            raise ValueError(f"n must be at least 1 step, got {n}")
+        self._n = n
+        self._gamma = gamma
+        self._steps: deque[tuple[FloatArray, int, float]] = deque()
+        self._last: FloatArray | None = None  # the observation after the newest step
+
+    def push(
+        self, o_tm1: FloatArray, a_tm1: int, r_t: float, o_t: FloatArray, *, terminated: bool
+    ) -> list[Experience]:
+        """Take in one step; gives the transitions that are whole by it, the oldest first."""
+        if self._n > 1:  # they wait here, and their owner may write over them
+            o_tm1, o_t = o_tm1.copy(), o_t.copy()
+        self._steps.append((o_tm1, a_tm1, r_t))
+        self._last = o_t
+        if terminated:
+            return self._drain(terminated=True)
+        return [self._oldest()] if len(self._steps) == self._n else []
+
+    def cut(self) -> list[Experience]:
+        """The episode was cut off after the newest step: the transitions that were under way."""
+        return self._drain(terminated=False)
+
+    def _drain(self, *, terminated: bool) -> list[Experience]:
+        return [self._oldest(terminated=terminated) for _ in range(len(self._steps))]
+
+    def _oldest(self, *, terminated: bool = False) -> Experience:
+        assert self._last is not None  # noqa: S101 - there is a step, so there is one after it
+        total = 0.0
+        for _, _, reward in reversed(self._steps):
+            total = reward + self._gamma * total
+        discount = 0.0 if terminated else self._gamma ** len(self._steps)
+        o_tm1, a_tm1, _ = self._steps.popleft()
+        return Experience(o_tm1, a_tm1, total, discount, self._last, terminated)
