@@ -173,6 +173,8 @@ def places() -> list[tuple[str | None, str]]:
 def test_digest_changes_with_every_field_but_the_label(section: str | None, name: str):
     # a middle ground, from which a step up is in range for every field
     learning = LearningConfig(target_period=9 if name == "double" else 0)
+    if name == "quantiles":  # they go with no other loss
+        learning = dataclasses.replace(learning, loss="huber")
     config = Config(exploration=ExplorationConfig(epsilon_start=0.5), learning=learning)
     holder = getattr(config, section) if section else config
     kind = typing.get_type_hints(type(holder))[name]
@@ -399,3 +401,8 @@ def test_numbers_and_brackets_beyond_reason_are_refused_in_one_line(text, tmp_pa
 def test_parts_that_do_not_go_together_are_refused_with_the_reason(values, complaint):
     with pytest.raises(ValueError, match=complaint):
         LearningConfig(**values)
+
+
+def test_quantiles_and_a_squared_error_do_not_go_together():
+    with pytest.raises(ValueError, match="loss = 'mse': must be huber beside quantiles = 8"):
+        Config(network=NetworkConfig(quantiles=8))

@@ -95,11 +95,16 @@ class NetworkConfig:
     """One output for the state's value and one for each action's advantage (Wang et al., 2016)."""
     layer_norm: bool = False
     """Layer normalisation before each hidden layer's function (Ba, Kiros & Hinton, 2016)."""
+    quantiles: int = 0
+    """Quantiles of the return that each action's output has (QR-DQN; Dabney et al., 2018); 0 is one
+    number, its mean."""
 
     def __post_init__(self) -> None:
         settle(self)
         sizes_ok = all(0 < size <= _MOST_NODES for size in self.hidden_sizes)
         _check(self, "hidden_sizes", ok=sizes_ok, wanted=f"from 1 to {_MOST_NODES} nodes each")
+        quantiles_ok = 0 <= self.quantiles <= _MOST_NODES
+        _check(self, "quantiles", ok=quantiles_ok, wanted=f"from 0 (none) to {_MOST_NODES}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -302,6 +307,11 @@ class Config:
         preset_ok = is_plain_name(self.preset)
         _check(self, "preset", ok=preset_ok, wanted="letters, digits, '.', '_' and '-'")
         _check(self, "seed", ok=0 <= self.seed < 2**32, wanted="from 0 to 4294967295")
+        if self.network.quantiles and self.learning.loss != "huber":
+            raise ValueError(
+                f"loss = {self.learning.loss!r}: must be huber beside quantiles = "
+                f"{self.network.quantiles}, whose loss is Huber's"
+            )
 
     @property
     def digest(self) -> str:

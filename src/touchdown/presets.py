@@ -63,6 +63,7 @@ PRESETS.update(
         "dueling-dqn": replace(
             _PILOT, preset="dueling-dqn", network=replace(_PILOT.network, dueling=True)
         ),
+        "qr-dqn": replace(_PILOT, preset="qr-dqn", network=replace(_PILOT.network, quantiles=32)),
         "n-step-dqn": replace(
             _PILOT, preset="n-step-dqn", learning=replace(_PILOT.learning, n_step=3)
         ),
@@ -82,6 +83,7 @@ SECTIONS_OF_THE_PAPER = {
     "pilot": "section 9 without re-saves, 180,000 observations at a higher rate; `make land`",
     "double-dqn": "`pilot` with double Q-learning (van Hasselt et al., 2016)",
     "dueling-dqn": "`pilot` with a dueling head (Wang et al., 2016)",
+    "qr-dqn": "`pilot` with 32 quantiles of each action's return (Dabney et al., 2018)",
     "n-step-dqn": "`pilot` with returns of 3 steps (Sutton, 1988)",
     "prioritized-dqn": "`pilot` with prioritized replay (Schaul et al., 2016)",
 }

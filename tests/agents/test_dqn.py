@@ -289,6 +289,7 @@ PARTS = {
     "prioritized": {"replay": {"prioritized": True, "beta_duration": 20}},
     "re-saved": {"replay": {"resaves": 2}},
     "dueling": {"network": {"dueling": True}},
+    "quantiles": {"network": {"quantiles": 5}, "learning": {"loss": "huber"}},
     "normalised": {"network": {"layer_norm": True}},
 }
 

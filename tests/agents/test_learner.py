@@ -163,11 +163,11 @@ def test_updates_equal_backpropagation_and_adam_by_hand(config: LearningConfig, 
 
 
 def test_huber_is_a_parabola_up_to_its_knee_at_one_and_then_a_line():
-    assert float(learner.loss_of(jnp.array([0.5]), "huber")) == 0.125  # ½·½²
-    assert float(learner.loss_of(jnp.array([1.0]), "huber")) == 0.5
-    assert float(learner.loss_of(jnp.array([-3.0]), "huber")) == 2.5  # 3 − ½
-    assert float(learner.loss_of(jnp.array([-3.0, 1.0]), "huber")) == 1.5  # their mean
-    assert float(learner.loss_of(jnp.array([-3.0, 1.0]), "mse")) == 5.0
+    assert float(learner.losses_of(jnp.array([0.5]), "huber").mean()) == 0.125  # ½·½²
+    assert float(learner.losses_of(jnp.array([1.0]), "huber").mean()) == 0.5
+    assert float(learner.losses_of(jnp.array([-3.0]), "huber").mean()) == 2.5  # 3 − ½
+    assert float(learner.losses_of(jnp.array([-3.0, 1.0]), "huber").mean()) == 1.5  # their mean
+    assert float(learner.losses_of(jnp.array([-3.0, 1.0]), "mse").mean()) == 5.0
 
 
 # --- what an update touches ---

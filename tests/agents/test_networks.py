@@ -124,3 +124,26 @@ def test_parameters_by_name_make_the_same_network_again(dueling: bool, layer_nor
     name = next(iter(named))
     with pytest.raises(ValueError, match=f"{name} is float64"):
         network.params_of(named | {name: named[name].astype(float)})
+
+
+@pytest.mark.parametrize("dueling", [False, True])
+def test_q_is_the_mean_of_the_quantiles(dueling: bool):
+    network = QNetwork(3, 4, NetworkConfig(hidden_sizes=(6,), quantiles=5, dueling=dueling))
+    params = network.init(jax.random.key(0))
+    seen = default_rng(0).normal(size=(7, 3)).astype(np.float32)
+    theta = network.quantiles(params, seen)
+    assert theta.shape == (7, 4, 5)
+    assert_allclose(network.apply(params, seen), theta.mean(axis=2), rtol=1e-5, atol=1e-6)
+
+
+def test_a_dueling_head_of_quantiles_takes_each_quantile_s_mean_away():
+    network = QNetwork(1, 2, NetworkConfig(hidden_sizes=(), dueling=True, quantiles=2))
+    named = {
+        "value.weight": [[0], [0]],
+        "value.bias": [10, 20],
+        "advantage.weight": [[0]] * 4,
+        "advantage.bias": [1, 5, 3, 9],
+    }
+    params = network.params_of({name: np.array(v, np.float32) for name, v in named.items()})
+    theta = network.quantiles(params, np.zeros((1, 1), np.float32))
+    assert_allclose(theta, [[[10 - 1, 20 - 2], [10 + 1, 20 + 2]]])

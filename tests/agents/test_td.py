@@ -5,7 +5,7 @@ import pytest
 from numpy.random import default_rng
 from numpy.testing import assert_allclose
 
-from touchdown.agents.td import double_q_error, q_error
+from touchdown.agents.td import double_q_error, q_error, quantile_loss
 
 
 def error_of(q_tm1, a_tm1, r_t, discount_t, q_t) -> np.ndarray:
@@ -77,3 +77,22 @@ def test_double_q_error_is_the_plain_one_where_both_networks_are_one():
     plain = q_error(jnp.array(q_tm1), *rest, jnp.array(q_t))
     double = double_q_error(jnp.array(q_tm1), *rest, jnp.array(q_t), jnp.array(q_t))
     assert_allclose(plain, double)
+
+
+def test_quantile_loss_weighs_errors_by_the_side_on_which_they_lie():
+    # θ at τ = ¼ and ¾; the target is 1 above the first and 3 below the second
+    loss = quantile_loss(jnp.array([[0.0, 4.0]]), jnp.array([[1.0]]))
+    assert_allclose(loss, [0.25 * 0.5 + 0.25 * 2.5])  # ¼ · ½·1² + |¾ − 1| · (3 − ½)
+
+
+def test_quantile_loss_is_least_where_the_quantiles_are():
+    targets = 100 * jnp.arange(1000.0)[None] / 1000
+    at = jnp.array([[25.0, 75.0]])
+    least = quantile_loss(at, targets)
+    for shift in ([9, 0], [-9, 0], [0, 9], [0, -9]):
+        assert quantile_loss(at + jnp.array([shift], float), targets)[0] > least[0]
+
+
+def test_quantile_loss_takes_the_mean_over_targets_and_the_sum_over_quantiles():
+    one = quantile_loss(jnp.array([[0.0]]), jnp.array([[1.0, 3.0]]))
+    assert_allclose(one, [0.5 * (0.5 + 2.5) / 2])

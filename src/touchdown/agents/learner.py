@@ -79,18 +79,9 @@ def follow(state: LearnerState, share: float) -> LearnerState:
     return state._replace(target_params=optax.tree.add_scale(state.target_params, share, lag))
 
 
-def loss_of(
-    td_error: Float[jax.Array, " B"], kind: str, weights: Weights | None = None
-) -> Float[jax.Array, ""]:
-    """Mean over the batch of δ² (`mse`), or of Huber's loss with its knee at 1 (`huber`).
-
-    Args:
-        td_error: δ.
-        kind: of loss.
-        weights: factors on the transitions' losses, such as a prioritized memory's.
-    """
-    losses = jnp.square(td_error) if kind == "mse" else optax.huber_loss(td_error)
-    return jnp.mean(losses if weights is None else weights * losses)
+def losses_of(td_error: Float[jax.Array, " B"], kind: str) -> Float[jax.Array, " B"]:
+    """δ² (`mse`), or Huber's loss with its knee at 1 (`huber`), of each transition."""
+    return jnp.square(td_error) if kind == "mse" else optax.huber_loss(td_error)
 
 
 def make_update(network: QNetwork, config: LearningConfig) -> Update:
@@ -101,18 +92,40 @@ def make_update(network: QNetwork, config: LearningConfig) -> Update:
     """
     optimizer = make_optimizer(config)
 
-    def loss_and_q(
-        online: Params, bootstrap: Params, batch: Transition, weights: Weights | None
-    ) -> tuple[jax.Array, tuple[jax.Array, jax.Array]]:
+    def expected(
+        online: Params, bootstrap: Params, batch: Transition
+    ) -> tuple[jax.Array, jax.Array, jax.Array]:
         q_tm1 = network.apply(online, batch.o_tm1)
         q_t = jax.lax.stop_gradient(network.apply(bootstrap, batch.o_t))
-        taken = batch.a_tm1, batch.r_t * config.reward_scale, batch.discount_t
+        taken = batch.a_tm1, batch.r_t, batch.discount_t
         if config.double:
             q_t_online = jax.lax.stop_gradient(network.apply(online, batch.o_t))
             td_error = td.double_q_error(q_tm1, *taken, q_t_online, q_t)
         else:
             td_error = td.q_error(q_tm1, *taken, q_t)
-        return loss_of(td_error, config.loss, weights), (q_tm1, td_error)
+        return losses_of(td_error, config.loss), q_tm1, td_error
+
+    def distributed(
+        online: Params, bootstrap: Params, batch: Transition
+    ) -> tuple[jax.Array, jax.Array, jax.Array]:
+        theta_tm1 = network.quantiles(online, batch.o_tm1)
+        theta_t = jax.lax.stop_gradient(network.quantiles(bootstrap, batch.o_t))
+        q_t = network.apply(online, batch.o_t) if config.double else theta_t.mean(axis=-1)
+        taken = td.quantiles_of(theta_tm1, batch.a_tm1)
+        best = td.quantiles_of(theta_t, jax.lax.stop_gradient(q_t).argmax(axis=-1))
+        target = batch.r_t[:, None] + batch.discount_t[:, None] * best
+        td_error = target.mean(axis=-1) - taken.mean(axis=-1)
+        return td.quantile_loss(taken, target), theta_tm1.mean(axis=-1), td_error
+
+    losses_and_q = distributed if network.config.quantiles else expected
+
+    def loss_and_q(
+        online: Params, bootstrap: Params, batch: Transition, weights: Weights | None
+    ) -> tuple[jax.Array, tuple[jax.Array, jax.Array]]:
+        scaled = batch._replace(r_t=batch.r_t * config.reward_scale)
+        losses, q_tm1, td_error = losses_and_q(online, bootstrap, scaled)
+        loss = jnp.mean(losses if weights is None else weights * losses)
+        return loss, (q_tm1, td_error)
 
     def update(
         state: LearnerState, words: Batch, weights: Weights | None, measured: bool

@@ -23,18 +23,24 @@ class DuelingHead(eqx.Module):
     value: eqx.nn.Linear
     advantage: eqx.nn.Linear
 
-    def __init__(self, fan_in: int, num_actions: int, key: PRNGKeyArray) -> None:
+    num_actions: int = eqx.field(static=True)
+
+    def __init__(
+        self, fan_in: int, num_actions: int, outputs: int = 1, *, key: PRNGKeyArray
+    ) -> None:
         value_key, advantage_key = jax.random.split(key)
-        self.value = eqx.nn.Linear(fan_in, 1, key=value_key)
-        self.advantage = eqx.nn.Linear(fan_in, num_actions, key=advantage_key)
+        self.num_actions = num_actions
+        self.value = eqx.nn.Linear(fan_in, outputs, key=value_key)
+        self.advantage = eqx.nn.Linear(fan_in, num_actions * outputs, key=advantage_key)
 
     def __call__(
         self, features: Float[jax.Array, " F"], *, key: PRNGKeyArray | None = None
-    ) -> Float[jax.Array, " A"]:
-        """Q(s,·) of one state's features."""
+    ) -> Float[jax.Array, " AZ"]:
+        """Q(s,·) of one state's features; of several outputs an action, each on its own."""
         del key
-        advantage = self.advantage(features)
-        return self.value(features) + advantage - advantage.mean()
+        advantage = self.advantage(features).reshape(self.num_actions, -1)
+        q = self.value(features) + advantage - advantage.mean(axis=0)
+        return q.ravel()
 
 
 class QNetwork:
@@ -66,8 +72,11 @@ class QNetwork:
             if config.layer_norm:
                 layers.append(eqx.nn.LayerNorm(fan_out))
             layers.append(eqx.nn.Lambda(_ACTIVATIONS[config.activation]))
-        head = DuelingHead if config.dueling else eqx.nn.Linear
-        layers.append(head(sizes[-1], self.num_actions, key=head_key))
+        outputs = max(1, config.quantiles)
+        if config.dueling:
+            layers.append(DuelingHead(sizes[-1], self.num_actions, outputs, key=head_key))
+        else:
+            layers.append(eqx.nn.Linear(sizes[-1], self.num_actions * outputs, key=head_key))
         return eqx.nn.Sequential(layers)
 
     def init(self, key: PRNGKeyArray) -> Params:
@@ -78,6 +87,19 @@ class QNetwork:
         self, params: Params, observations: Float[jax.Array, "B D"]
     ) -> Float[jax.Array, "B A"]:
         """Q(s,·) of each observation."""
+        outputs = self._outputs(params, observations)
+        return self._by_action(outputs).mean(axis=-1) if self.config.quantiles else outputs
+
+    def quantiles(
+        self, params: Params, observations: Float[jax.Array, "B D"]
+    ) -> Float[jax.Array, "B A Z"]:
+        """Quantiles of the return of each action, for a network that has them."""
+        return self._by_action(self._outputs(params, observations))
+
+    def _by_action(self, outputs: Float[jax.Array, "B AZ"]) -> Float[jax.Array, "B A Z"]:
+        return outputs.reshape(len(outputs), self.num_actions, -1)
+
+    def _outputs(self, params: Params, observations: Float[jax.Array, "B D"]) -> jax.Array:
         module = cast(eqx.nn.Sequential, eqx.combine(self._unravel(params), self._static))
         return jax.vmap(module)(observations)
 

@@ -7,6 +7,7 @@ with respect to what it means to learn.
 
 import jax
 import jax.numpy as jnp
+import optax
 from jax import Array
 from jaxtyping import Float, Int
 
@@ -50,6 +51,27 @@ def double_q_error(
     """
     bootstrap = value_of(q_t_target, q_t_online.argmax(axis=-1))
     return r_t + discount_t * bootstrap - value_of(q_tm1, a_tm1)
+
+
+def quantile_loss(
+    theta_tm1: Float[Array, "B Z"], target: Float[Array, "B T"]
+) -> Float[Array, " B"]:
+    """Σᵢ meanⱼ |τᵢ − 1{uᵢⱼ < 0}| · Huber(uᵢⱼ), uᵢⱼ = targetⱼ − θᵢ   (Dabney et al., 2018, Eq. 10).
+
+    Args:
+        theta_tm1: quantiles of the return of the action taken, at τᵢ = (i + ½) / Z.
+        target: r + γ·θ′ⱼ, quantiles of what they are pulled to.
+    """
+    count = theta_tm1.shape[-1]
+    tau = (jnp.arange(count) + 0.5) / count
+    u = target[:, None, :] - theta_tm1[:, :, None]  # [B, Z, T]
+    slope = jnp.abs(tau[None, :, None] - (u < 0))
+    return jnp.sum(jnp.mean(slope * optax.huber_loss(u), axis=2), axis=1)
+
+
+def quantiles_of(theta: Float[Array, "B A Z"], a: Int[Array, " B"]) -> Float[Array, "B Z"]:
+    """θ(s,a) of one action in each row."""
+    return jnp.sum(theta * jax.nn.one_hot(a, theta.shape[1])[:, :, None], axis=1)
 
 
 def value_of(q: Float[Array, "B A"], a: Int[Array, " B"]) -> Float[Array, " B"]:

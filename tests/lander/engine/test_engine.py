@@ -1,5 +1,7 @@
 """What the engine promises besides being exact: randomness, snapshots and plain refusals."""
 
+from threading import Thread
+
 import gymnasium as gym
 import numpy as np
 import oracle
@@ -211,3 +213,22 @@ def test_copying_to_an_environment_that_is_not_there_copies_to_none():
     with pytest.raises(IndexError, match="index 3: must be from 0 to 2"):
         batch.copy(0, [1, 3])
     assert [batch.snapshot(i) for i in range(3)] == before
+
+
+def test_landers_that_another_thread_is_stepping_are_left_alone():
+    batch = Batch(4_000)
+    results = np.zeros((4_000, 8), np.float32), np.zeros(4_000), np.zeros(4_000, np.bool_)
+    begin = np.full(4_000, BEGIN, np.uint8)
+    for i in range(4_000):
+        batch.seed(i, i)
+    stepping = Thread(target=lambda: batch.step(np.zeros(4_000, np.int64), *results, begin))
+    stepping.start()
+    complaints = set()
+    while stepping.is_alive():
+        try:
+            batch.snapshot(0)
+        except RuntimeError as error:
+            complaints.add(str(error))
+    stepping.join()
+    assert complaints == {"another thread is stepping these landers"}
+    assert len(batch.snapshot(0)) > 0

@@ -49,7 +49,24 @@ struct Batch {
   std::vector<Task> tasks;
   std::vector<Workspace> workspaces;
   Workers workers;
+  bool stepping = false;  // changes only under Python's lock, which a step gives back meanwhile
 };
+
+// Marks a batch for as long as it lives; to be made before Python's lock is given back.
+class Stepping {
+ public:
+  explicit Stepping(Batch& batch) : batch_(batch) { batch_.stepping = true; }
+  ~Stepping() { batch_.stepping = false; }
+  Stepping(const Stepping&) = delete;
+  Stepping& operator=(const Stepping&) = delete;
+
+ private:
+  Batch& batch_;
+};
+
+void need_rest(const Batch& batch) {
+  if (batch.stepping) throw std::runtime_error("another thread is stepping these landers");
+}
 
 [[noreturn]] void refuse(const std::string& complaint) { throw nb::value_error(complaint.c_str()); }
 
@@ -65,6 +82,7 @@ std::size_t need_positive(std::int64_t value, const char* name) {
 }
 
 Lander& lander_at(Batch& batch, std::int64_t index) {
+  need_rest(batch);
   if (index < 0 || index >= static_cast<std::int64_t>(batch.landers.size())) {
     throw nb::index_error(("index " + std::to_string(index) + ": must be from 0 to " +
                            std::to_string(batch.landers.size() - 1))
@@ -115,6 +133,7 @@ template <typename Actions>
 void step_batch(Batch& batch, const Actions& actions, const Observations& observations,
                 const Vector<double>& rewards, const Vector<bool>& terminated,
                 const std::optional<Vector<const std::uint8_t>>& tasks) {
+  need_rest(batch);
   need_rows(batch, actions.shape(0), "actions");
   need_rows(batch, observations.shape(0), "observations");
   need_rows(batch, rewards.shape(0), "rewards");
@@ -130,9 +149,9 @@ void step_batch(Batch& batch, const Actions& actions, const Observations& observ
     }
   }
   const Results results{observations.data(), rewards.data(), terminated.data()};
+  const Stepping stepping(batch);
   const nb::gil_scoped_release released;
-  step(batch.landers, batch.throttles, batch.tasks, results, batch.workspaces,
-       batch.workers);
+  step(batch.landers, batch.throttles, batch.tasks, results, batch.workspaces, batch.workers);
 }
 
 nb::bytes snapshot_one(Batch& batch, std::int64_t index) {
@@ -156,6 +175,7 @@ constexpr std::size_t kBodyFloats = 6;
 void read_states(const Batch& batch, const Array<float, nb::shape<-1, kNumBodies, 6>>& bodies,
                  const Array<bool, nb::shape<-1, kNumLegs>>& leg_contacts,
                  const Vector<bool>& awake, const Array<double, nb::shape<-1, 3>>& engines) {
+  need_rest(batch);
   need_rows(batch, bodies.shape(0), "bodies");
   need_rows(batch, leg_contacts.shape(0), "leg_contacts");
   need_rows(batch, awake.shape(0), "awake");
@@ -196,6 +216,7 @@ nb::tuple counts(const std::array<std::uint64_t, N>& values) {
 }
 
 nb::dict coverage_of(const Batch& batch) {
+  need_rest(batch);
   Coverage c{};
   for (const Workspace& workspace : batch.workspaces) c += workspace.coverage;
   nb::dict d;
