@@ -56,7 +56,8 @@ def train(
     settings = preset(config) if isinstance(config, str) else config
     if seed is not None:
         settings = replace(settings, seed=seed)
-    lander.make(settings.env_id).env.close()  # refuse a world before a folder is made for it
+    # refuse a world before a folder is made for it
+    lander.make(settings.env_id, engine=lander.engine_in_use()).env.close()
     return complete(folders.create(Path(runs_dir), settings, name), console)
 
 

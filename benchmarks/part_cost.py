@@ -1,0 +1,95 @@
+"""What each part of DQN costs: the time of one update, against plain DQN's, on one core.
+
+Every agent is fed the same random transitions, one update each, from a full memory, with the
+pilot's network and minibatch. Agents take turns in one process, so that a machine that slows down
+slows all.
+"""
+
+import argparse
+import os
+import statistics
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from touchdown import Config, device, presets
+from touchdown.agents.dqn import DQNAgent, Spaces
+from touchdown.runs.folder import cpu_name
+from touchdown.seeding import streams
+
+SPACES = Spaces(observation_size=8, num_actions=4)
+PLAIN = presets.preset("pilot")
+PARTS: dict[str, dict[str, dict[str, object]]] = {
+    "plain DQN": {},
+    "double": {"learning": {"double": True}},
+    "3-step": {"learning": {"n_step": 3}},
+    "polyak": {"learning": {"target_period": 0, "polyak": 0.005}},
+    "dueling": {"network": {"dueling": True}},
+    "layer norm": {"network": {"layer_norm": True}},
+    "32 quantiles": {"network": {"quantiles": 32}},
+    "prioritized": {"replay": {"prioritized": True}},
+}
+
+
+def config_of(part: str) -> Config:
+    """The pilot's config with one part more, and no lines of metrics."""
+    config = replace(PLAIN, training=replace(PLAIN.training, metrics_period=10**9))
+    for section, values in PARTS[part].items():
+        config = replace(config, **{section: replace(getattr(config, section), **values)})
+    return config
+
+
+class Fed:
+    """An agent with a full memory, and the transitions it is fed."""
+
+    def __init__(self, config: Config, rng: np.random.Generator) -> None:
+        self._agent = DQNAgent(config, SPACES, streams(config.seed))
+        self._rows = rng.normal(size=(2_001, 8)).astype(np.float32)
+        self._agent.begin_episode(0)
+        waiting = replace(config, replay=replace(config.replay, min_size=config.replay.capacity))
+        filler = DQNAgent(waiting, SPACES, streams(config.seed))
+        for i in range(config.replay.capacity - 1):
+            row = self._rows[i % 2_000]
+            filler.observe(row, i % 4, float(row[0]), self._rows[i % 2_000 + 1], terminated=False)
+        self._agent.memory.restore(filler.memory.tensors(), filler.memory.ring.added)
+
+    def seconds(self, updates: int) -> float:
+        """Of one observation with its update."""
+        began = time.perf_counter()
+        for i in range(updates):
+            row = self._rows[i % 2_000]
+            after = self._rows[i % 2_000 + 1]
+            self._agent.observe(row, i % 4, float(row[0]), after, terminated=False)
+        np.asarray(self._agent.state.online_params)
+        return (time.perf_counter() - began) / updates
+
+
+def main() -> None:
+    """Take turns and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rounds", type=int, default=7)
+    parser.add_argument("--updates", type=int, default=1_000, help="updates a round")
+    args = parser.parse_args()
+    os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+    device.use("cpu")
+    agents = {part: Fed(config_of(part), np.random.default_rng(0)) for part in PARTS}
+    for agent in agents.values():
+        agent.seconds(200)  # past the compilation
+    times: dict[str, list[float]] = {part: [] for part in agents}
+    for _ in range(args.rounds):
+        for part, agent in agents.items():
+            times[part].append(agent.seconds(args.updates))
+    print(f"{cpu_name()}, one core; {args.rounds} rounds of {args.updates} updates\n")
+    print("| part | µs an update, median | times plain DQN's, median (least-most) |")
+    print("| --- | ---: | ---: |")
+    for part, values in times.items():
+        ratios = [a / b for a, b in zip(values, times["plain DQN"], strict=True)]
+        print(
+            f"| {part} | {statistics.median(values) * 1e6:.0f} | {statistics.median(ratios):.2f} "
+            f"({min(ratios):.2f}-{max(ratios):.2f}) |"
+        )
+
+
+if __name__ == "__main__":
+    main()
