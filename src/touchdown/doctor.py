@@ -12,6 +12,7 @@ from typing import Any, Literal, cast
 
 import gymnasium
 import numpy as np
+from gymnasium.error import Error as NotThere
 
 from touchdown import device
 from touchdown.errors import UserError, one_line
@@ -60,7 +61,7 @@ def check_up(runs_dir: Path) -> list[Finding]:
     for name, look in looks.items():
         try:
             state, text = look()
-        except (ImportError, OSError, RuntimeError, UserError, ValueError) as error:
+        except (ImportError, OSError, RuntimeError, UserError, ValueError, NotThere) as error:
             state, text = "bad", one_line(error)
         findings.append(Finding(name, state, text))
     return findings
@@ -129,6 +130,8 @@ def _exactness() -> tuple[State, str]:
                 f"step {step} differs from stock's: results on the exact engine are not "
                 "stock's on this machine; use --engine gymnasium, and please report it"
             )
+    stock.close()
+    ours.close()
     return "good", f"{_STEPS} steps equal stock's to the last bit"
 
 

@@ -323,7 +323,7 @@ def test_transitions_under_way_when_an_episode_is_cut_off_are_remembered(new_age
     agent = new_agent(learning={"n_step": 4, "gamma": 0.5})
     feed(agent, 6)
     assert len(agent.memory) == 3
-    agent.begin_episode(1)
+    agent.cut()
     discounts = agent.memory.ring.records["discount_t"].tolist()
     assert discounts == [0.5**4] * 3 + [0.5**3, 0.5**2, 0.5]
 

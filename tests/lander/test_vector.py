@@ -6,6 +6,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 import touchdown.lander
+from touchdown.errors import UserError
 from touchdown.lander.engine import simd
 from touchdown.lander.single import LanderEnv
 from touchdown.lander.vector import LanderVectorEnv, StepArrays
@@ -179,6 +180,8 @@ def test_either_engine_is_made_by_the_same_call(engine: str):
     one.close()
     with pytest.raises(ValueError, match="num_envs = 0: must be at least 1"):
         touchdown.lander.make_vec(0, engine=engine)
+    with pytest.raises(UserError, match="engine 'exakt': must be exact or gymnasium"):
+        touchdown.lander.make_vec(2, engine="exakt")
 
 
 def test_what_is_closed_says_so():
@@ -208,6 +211,8 @@ def test_nonsense_is_refused_and_named():
     env = LanderVectorEnv(2)
     with pytest.raises(RuntimeError, match="reset environment 0"):
         env.step(np.array([0, 0]))
+    with pytest.raises(ValueError, match=r"seed\[1\] = 2\.5: must be a whole number"):
+        env.reset(seed=[1, 2.5])
     with pytest.raises(ValueError, match="seed has 3 entries, must have 2"):
         env.reset(seed=[1, 2, 3])
     env.reset(seed=0)
@@ -237,6 +242,8 @@ def test_nonsense_is_refused_and_named():
     assert env.snapshot(0) == good
     with pytest.raises(ValueError, match="num_threads = 0: must be at least 1"):
         LanderVectorEnv(1, num_threads=0)
+    with pytest.raises(ValueError, match="num_threads = 1025: must be at most 1024"):
+        LanderVectorEnv(1, num_threads=1_025)
     with pytest.raises(ValueError, match="max_episode_steps = 0: must be at least 1"):
         LanderVectorEnv(1, max_episode_steps=0)
     windy = LanderVectorEnv(1, **WINDY)

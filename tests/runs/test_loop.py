@@ -139,6 +139,9 @@ class Script:
         self.heard.append(("act", int(observation.argmax())))
         return 1
 
+    def cut(self) -> None:
+        self.heard.append(("cut",))
+
     def observe(self, o_tm1, a_tm1, r_t, o_t, *, terminated: bool) -> str:
         self.heard.append((int(o_tm1.argmax()), a_tm1, r_t, int(o_t.argmax()), terminated))
         return f"metrics {len(self.heard)}"
@@ -159,6 +162,7 @@ def test_the_loop_tells_the_agent_all_that_happens_in_order(chain):
         (1, 1, 0.0, 2, False),
         ("act", 2),
         (2, 1, 0.0, 3, False),  # truncated here, and not terminated
+        ("cut",),
         ("episode", 9),
         ("act", 2),
         (2, 1, 0.0, 3, False),
@@ -172,7 +176,7 @@ def test_the_loop_tells_the_agent_all_that_happens_in_order(chain):
         (9, 0.0, False, False),
     ]
     assert [int(step.o_t.argmax()) for step in steps] == [4, 4, 2, 3, 3]
-    assert [step.metrics for step in steps] == [f"metrics {n}" for n in (3, 5, 8, 10, 13)]
+    assert [step.metrics for step in steps] == [f"metrics {n}" for n in (3, 5, 8, 10, 14)]
     assert all(isinstance(step, Step) for step in steps)
 
 

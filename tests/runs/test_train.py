@@ -1,3 +1,4 @@
+import hashlib
 import json
 import os
 import signal
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from safetensors.numpy import save
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from touchdown import files
@@ -151,6 +153,49 @@ def test_a_landing_stopped_in_mid_flight_goes_on_from_there(tmp_path, monkeypatc
     monkeypatch.setattr(env, "engine_in_use", lambda: then)  # either flies the same
     train(stopped)
     assert_same_run(whole, stopped)
+
+
+@pytest.mark.parametrize("n_step", [3, 60])
+def test_returns_of_several_steps_and_priorities_go_on_in_mid_flight_too(tmp_path, n_step):
+    config = small_config(episodes=4, max_observations=240)
+    config = replace(
+        config,
+        env_id="LunarLander-v3",
+        replay=replace(config.replay, prioritized=True, resaves=0),
+        learning=replace(config.learning, n_step=n_step),
+    )
+    whole, stopped = (folders.create(tmp_path, config, name) for name in ("whole", "stopped"))
+    train(whole)
+    for _ in range(5):
+        with pytest.raises(Interrupted):
+            train(stopped, after(1))
+    train(stopped)
+    assert_same_run(whole, stopped)
+
+
+def test_a_run_stopped_in_its_last_flight_finishes_it(tmp_path):
+    config = replace(small_config(max_observations=40), env_id="LunarLander-v3")
+    folder = folders.create(tmp_path, config, "last")
+    with pytest.raises(Interrupted):
+        train(folder, after(1))
+    train(folder)
+    assert len(episodes_of(folder)) == 1
+
+
+def test_a_world_that_does_not_come_to_the_same_place_is_not_gone_on_with(tmp_path):
+    config = replace(small_config(), env_id="LunarLander-v3")
+    folder = folders.create(tmp_path, config, "moved")
+    with pytest.raises(Interrupted):
+        train(folder, after(1))
+    newest = newest_checkpoint(folder.checkpoints)
+    tensors, _ = files.read_tensors(newest / "midway.safetensors")
+    data = save({**tensors, "observation": tensors["observation"] + 1})
+    (newest / "midway.safetensors").write_bytes(data)
+    state = files.read_json(newest / "state.json")
+    state["sha256"]["midway"] = hashlib.sha256(data).hexdigest()
+    (newest / "state.json").write_text(files.to_json(state))
+    with pytest.raises(UserError, match="does not come to the same place"):
+        train(folder)
 
 
 def test_lines_written_after_the_last_checkpoint_are_not_there_twice(finished, tmp_path):

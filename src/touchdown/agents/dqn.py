@@ -123,9 +123,7 @@ class DQNAgent:
         return jax.jit(update_and_look, donate_argnums=0, static_argnums=4)
 
     def begin_episode(self, episode: int) -> None:
-        """Set ε for an episode whose schedule counts episodes, and leave the last one behind."""
-        for experience in self._n_step.cut():
-            self.memory.add(experience)
+        """Set ε for an episode whose schedule counts episodes, and forget the last one's values."""
         self._next_q = None
         self.epsilon = self._epsilon_of(episode, self.observations)
 
@@ -193,6 +191,11 @@ class DQNAgent:
         """Go on in the middle of an episode."""
         self.epsilon = epsilon
         self._next_q = None if next_q is None else jnp.array(next_q)
+
+    def cut(self) -> None:
+        """The episode was cut off: remember what was under way."""
+        for experience in self._n_step.cut():
+            self.memory.add(experience)
 
     def pilot(self) -> GreedyPilot:
         """What has been learnt so far, as a pilot that goes on unchanged while learning goes on."""

@@ -54,6 +54,16 @@ def use_engine(engine: Engine) -> None:
     Raises:
         UserError: there is no such engine, or ours was not built.
     """
+    check_engine(engine)
+    _chosen.append(engine)
+
+
+def check_engine(engine: Engine) -> None:
+    """Refuse an engine that is not there.
+
+    Raises:
+        UserError: there is no such engine, or ours was not built.
+    """
     if engine not in ("exact", "gymnasium"):
         raise UserError(f"engine {engine!r}: must be exact or gymnasium")
     if engine == "exact" and not _built:
@@ -61,7 +71,6 @@ def use_engine(engine: Engine) -> None:
             "engine 'exact': was not built when touchdown was installed; "
             "install a C++ compiler such as g++ and then touchdown again, or take gymnasium"
         )
-    _chosen.append(engine)
 
 
 def engine_in_use() -> Engine:

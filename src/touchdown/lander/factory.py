@@ -5,7 +5,14 @@ from typing import Any
 import gymnasium
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
-from touchdown.lander.env import EXACT_ID, LANDER_IDS, Engine, Env, engine_in_use
+from touchdown.lander.env import (
+    EXACT_ID,
+    LANDER_IDS,
+    Engine,
+    Env,
+    check_engine,
+    engine_in_use,
+)
 
 
 def make(*, engine: Engine | None = None, **settings: Any) -> Env:
@@ -18,10 +25,10 @@ def make(*, engine: Engine | None = None, **settings: Any) -> Env:
             and `render_mode` for stock.
 
     Raises:
+        UserError: there is no such engine, or ours was not built.
         ValueError: a setting is out of range.
     """
-    exact = (engine or engine_in_use()) == "exact"
-    return gymnasium.make(EXACT_ID if exact else LANDER_IDS[0], **settings)
+    return gymnasium.make(EXACT_ID if _is_exact(engine) else LANDER_IDS[0], **settings)
 
 
 def make_vec(
@@ -42,9 +49,10 @@ def make_vec(
         settings: as for `make`.
 
     Raises:
+        UserError: there is no such engine, or ours was not built.
         ValueError: a number is out of range.
     """
-    if (engine or engine_in_use()) == "exact":
+    if _is_exact(engine):
         # where the engine was not built there is nothing to import
         from touchdown.lander.vector import LanderVectorEnv  # noqa: PLC0415
 
@@ -55,3 +63,9 @@ def make_vec(
         raise ValueError(f"num_envs = {num_envs}: must be at least 1")
     envs = [lambda: make(engine="gymnasium", **settings)] * num_envs
     return SyncVectorEnv(envs, autoreset_mode=AutoresetMode(autoreset_mode))
+
+
+def _is_exact(engine: Engine | None) -> bool:
+    if engine is not None:
+        check_engine(engine)
+    return (engine or engine_in_use()) == "exact"

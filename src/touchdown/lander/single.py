@@ -131,8 +131,11 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
         """
         if snapshot[: len(_MAGIC)] != _MAGIC or len(snapshot) < _SNAPSHOT.size:
             raise ValueError("not a snapshot of a lander")
+        _, steps = _SNAPSHOT.unpack_from(snapshot)
+        if steps < 0:
+            raise ValueError(f"the snapshot is damaged: {steps} steps")
         self._batch.restore(0, snapshot[_SNAPSHOT.size :])
-        _, self._steps = _SNAPSHOT.unpack_from(snapshot)
+        self._steps = steps
 
     def _advance(self, task: NDArray[np.uint8] | None) -> FloatArray:
         observation = np.empty((1, OBSERVATION_SIZE), np.float32)

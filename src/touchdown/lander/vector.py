@@ -1,7 +1,7 @@
 """Many landers on the exact engine, behind Gymnasium's interface."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self, cast
 
 import gymnasium
 import numpy as np
@@ -215,8 +215,12 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
         if version != _SNAPSHOT_VERSION:
             raise ValueError(f"snapshot version {version}: must be {_SNAPSHOT_VERSION}")
         clock, observation = snapshot[12:28], snapshot[28:60]
-        self._batch.restore(index, snapshot[60:])
+        if len(observation) < OBSERVATION_SIZE * 4:
+            raise ValueError("too short for a snapshot")
         steps, ended = np.frombuffer(clock, "<i8")
+        if not 0 <= steps <= self._limit or ended not in (0, 1):
+            raise ValueError(f"the snapshot is damaged: {steps} steps of at most {self._limit}")
+        self._batch.restore(index, snapshot[60:])
         self._steps[index] = steps
         self._ended[index] = bool(ended)
         self._observations[index] = np.frombuffer(observation, np.float32)
@@ -239,9 +243,15 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
         if seed is None:
             return [None] * self.num_envs
         if isinstance(seed, int | np.integer):
-            return [int(seed) + i for i in range(self.num_envs)]
+            seed = [int(seed) + i for i in range(self.num_envs)]
+        given: Any = seed
+        if not isinstance(given, Sequence | np.ndarray):
+            raise ValueError(f"seed = {seed!r}: must be a whole number, or one for each of them")
         if len(seed) != self.num_envs:
             raise ValueError(f"seed has {len(seed)} entries, must have {self.num_envs}")
+        for i, each in enumerate(cast(Sequence[Any], given)):
+            if each is not None and not (isinstance(each, int | np.integer) and each >= 0):
+                raise ValueError(f"seed[{i}] = {each!r}: must be a whole number, 0 or more")
         return seed
 
     def _mask(self, options: dict[str, Any] | None) -> NDArray[np.bool_]:

@@ -40,6 +40,8 @@ class SumTree:
             indices: [n], from 0.
             values: [n], 0 or more.
         """
+        if not len(indices):
+            return
         nodes = self._nodes
         places = indices + self._first_leaf
         nodes[places] = values

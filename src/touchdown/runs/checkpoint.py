@@ -37,6 +37,8 @@ class Midway:
 
     actions: tuple[int, ...]
     """Taken since its start: the world is deterministic, and comes to the same place by them."""
+    observation: NDArray[np.float32]
+    """The latest, [D], to see that it did."""
     epsilon: float
     next_q: NDArray[np.float32] | None
     """Q(s,·) of the latest observation, [A], if the agent has it already."""
@@ -73,6 +75,7 @@ def save_checkpoint(
     if midway is not None:
         tensors["midway"] = {
             "actions": np.array(midway.actions, np.int32),
+            "observation": midway.observation,
             **({} if midway.next_q is None else {"next_q": midway.next_q}),
         }
     newest = newest_checkpoint(folder)
@@ -170,7 +173,8 @@ def restore_checkpoint(path: Path, digest: str, agent: DQNAgent, streams: Stream
 
 def _midway(facts: Mapping[str, Any], tensors: Tensors) -> Midway:
     actions = tuple(tensors["actions"].tolist())
-    return Midway(actions, float(facts["epsilon"]), tensors.get("next_q"))
+    epsilon = float(facts["epsilon"])
+    return Midway(actions, tensors["observation"], epsilon, tensors.get("next_q"))
 
 
 def _learner_tensors(state: LearnerState) -> Tensors:

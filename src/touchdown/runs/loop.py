@@ -53,5 +53,7 @@ def interact(
             )
             observation = o_t
             ended = terminated or truncated
+            if truncated and not terminated:
+                agent.cut()
             ends = bool(terminated), bool(truncated)
             yield Step(episode, action, float(reward), *ends, o_t, metrics)

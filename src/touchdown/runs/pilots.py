@@ -41,7 +41,7 @@ class HeuristicPilot:
     """The controller that Gymnasium ships with its lander."""
 
     def __init__(self) -> None:
-        # Box2D comes with it, which nobody else here needs
+        # Box2D comes with it
         from gymnasium.envs.box2d import lunar_lander  # noqa: PLC0415
 
         self._heuristic: Any = lunar_lander.heuristic
@@ -187,6 +187,9 @@ def load_weights(path: Path) -> NamedPilot:
         raise UserError(f"{path}: not a pilot's weights: {one_line(error)}") from None
     world = lander.make(env_id)
     world.env.close()
+    widest = max((tensor.size for tensor in tensors.values()), default=0)
+    if any(size > max(widest, 1) for size in (*shape.hidden_sizes, shape.quantiles)):
+        raise UserError(f"{path}: not a pilot's weights: they are fewer than {shape} has")
     network = QNetwork(world.observation_size, world.num_actions, shape)
     try:
         params = network.params_of(tensors)

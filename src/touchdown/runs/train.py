@@ -138,7 +138,7 @@ class Trainer:
         """
         if self._progress.finished and self._folder.best.is_file():
             return
-        if not self._trained():
+        if self._progress.midway is not None or not self._trained():
             self._train()
         self._choose()
 
@@ -165,7 +165,9 @@ class Trainer:
             if not (step.terminated or step.truncated):
                 if len(actions) % _STEPS_BETWEEN_LOOKS == 0 and self._should_stop():
                     progress.seconds = before + time.monotonic() - began
-                    progress.midway = checkpoint.Midway(tuple(actions), *self._agent.mood())
+                    progress.midway = checkpoint.Midway(
+                        tuple(actions), np.asarray(step.o_t, np.float32), *self._agent.mood()
+                    )
                     self._save()
                     raise Interrupted
                 continue
@@ -189,7 +191,7 @@ class Trainer:
                     recent_time_limit_share=float(np.mean(self._recent_timed_out)),
                     steps_per_second=(self._agent.observations - steps_before) / (now - began),
                     share_done=share,
-                    seconds_left=(1 - share) / rate,
+                    seconds_left=(1 - share) / rate if share < 1 else 0.0,
                 )
             )
             episode_return, actions = 0.0, []
@@ -216,9 +218,17 @@ class Trainer:
         episode_return = 0.0
         for action in midway.actions:
             before = observation
-            observation, reward, _, _, _ = env.step(action)
+            observation, reward, terminated, truncated, _ = env.step(action)
+            if terminated or truncated:
+                break
             self._agent.recall(before, action, float(reward), observation)
             episode_return += float(reward)
+        if np.asarray(observation, np.float32).tobytes() != midway.observation.tobytes():
+            raise UserError(
+                f"{self._folder.checkpoints}: saved in mid-flight, and {self._config.env_id} flown "
+                "again does not come to the same place: another machine or version, or a world "
+                "of chance"
+            )
         self._agent.restore_mood(midway.epsilon, midway.next_q)
         return episode_return, list(midway.actions), observation
 

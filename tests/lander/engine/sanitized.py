@@ -18,7 +18,7 @@ sys.meta_path = [f for f in sys.meta_path if "Redirecting" not in type(f).__name
 import oracle
 from touchdown.lander.engine import _engine
 assert "sanitized" in _engine.__file__, _engine.__file__
-reports = {name: oracle.compare(settings, [5, 6], num_threads=2, where=f"{name}, ")
+reports = {name: oracle.compare(settings, range(5, 12), num_threads=2, where=f"{name}, ")
            for name, settings in oracle.CONFIGURATIONS.items()}
 sys.stdout.write(oracle.summary(reports))
 sys.exit(any(report.difference for report in reports.values()))

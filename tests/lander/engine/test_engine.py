@@ -1,6 +1,7 @@
 """What the engine promises besides being exact: randomness, snapshots and plain refusals."""
 
-from threading import Thread
+from pathlib import Path
+from threading import Event, Thread
 
 import gymnasium as gym
 import numpy as np
@@ -218,17 +219,51 @@ def test_copying_to_an_environment_that_is_not_there_copies_to_none():
 def test_landers_that_another_thread_is_stepping_are_left_alone():
     batch = Batch(4_000)
     results = np.zeros((4_000, 8), np.float32), np.zeros(4_000), np.zeros(4_000, np.bool_)
-    begin = np.full(4_000, BEGIN, np.uint8)
     for i in range(4_000):
         batch.seed(i, i)
-    stepping = Thread(target=lambda: batch.step(np.zeros(4_000, np.int64), *results, begin))
-    stepping.start()
-    complaints = set()
-    while stepping.is_alive():
-        try:
+    batch.step(np.zeros(4_000, np.int64), *results, np.full(4_000, BEGIN, np.uint8))
+    over = Event()
+
+    def fly() -> None:
+        while not over.is_set():
+            batch.step(np.zeros(4_000, np.int64), *results)
+
+    def look() -> None:
+        for _ in range(1_000_000):
             batch.snapshot(0)
-        except RuntimeError as error:
-            complaints.add(str(error))
-    stepping.join()
-    assert complaints == {"another thread is stepping these landers"}
+
+    stepping = Thread(target=fly)
+    stepping.start()
+    try:
+        with pytest.raises(RuntimeError, match="another thread is stepping these landers"):
+            look()
+    finally:
+        over.set()
+        stepping.join()
     assert len(batch.snapshot(0)) > 0
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs Linux")
+def test_threads_do_not_gather_memory():
+    batch = Batch(65, num_threads=2)
+    results = np.zeros((65, 8), np.float32), np.zeros(65), np.zeros(65, np.bool_)
+    rng = np.random.default_rng(0)
+    tasks = np.full(65, BEGIN, np.uint8)
+
+    def fly(steps: int) -> int:
+        for _ in range(steps):
+            batch.step(rng.integers(0, 4, 65), *results, tasks)
+            tasks[:] = np.where(results[2], BEGIN, STEP)
+        return int(Path("/proc/self/statm").read_text().split()[1])
+
+    before = fly(300)
+    assert fly(1_200) - before < 2_000  # pages: it was 30,000 once
+
+
+def test_actions_of_the_other_kind_are_refused():
+    results = np.zeros((1, 8), np.float32), np.zeros(1), np.zeros(1, np.bool_)
+    begin = np.array([BEGIN], np.uint8)
+    with pytest.raises(ValueError, match="these landers take pairs"):
+        Batch(1, continuous=True).step(np.zeros(1, np.int64), *results, begin)
+    with pytest.raises(ValueError, match="these landers take whole numbers"):
+        Batch(1).step(np.zeros((1, 2), np.float32), *results, begin)

@@ -92,6 +92,9 @@ void step(std::span<Lander> landers, std::span<const Throttle> throttles,
     }
     worker.end(rest, threads);
   });
+  if (threads > 1) {
+    for (Workspace& workspace : workspaces) workspace.queue.settle();
+  }
 }
 
 }  // namespace touchdown

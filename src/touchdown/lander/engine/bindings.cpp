@@ -33,6 +33,8 @@ using Observations = Array<float, nb::shape<-1, kObservationSize>>;
 using DiscreteActions = Vector<const std::int64_t>;
 using ContinuousActions = Array<const float, nb::shape<-1, 2>>;
 
+constexpr std::size_t kMostThreads = 1024;  // more would be a slip of the finger
+
 // Landers that are stepped together, and what a step needs.
 struct Batch {
   Batch(std::size_t count, std::size_t num_threads, const Config& config)
@@ -129,15 +131,24 @@ Throttle throttle_of(const ContinuousActions& actions, std::size_t i) {
   return continuous_throttle(actions(i, 0), actions(i, 1));
 }
 
+constexpr bool is_continuous(const DiscreteActions*) { return false; }
+constexpr bool is_continuous(const ContinuousActions*) { return true; }
+
 template <typename Actions>
 void step_batch(Batch& batch, const Actions& actions, const Observations& observations,
                 const Vector<double>& rewards, const Vector<bool>& terminated,
                 const std::optional<Vector<const std::uint8_t>>& tasks) {
   need_rest(batch);
+  const Stepping stepping(batch);
   need_rows(batch, actions.shape(0), "actions");
   need_rows(batch, observations.shape(0), "observations");
   need_rows(batch, rewards.shape(0), "rewards");
   need_rows(batch, terminated.shape(0), "terminated");
+  const bool continuous = batch.landers.front().config.continuous != 0;
+  if (continuous != is_continuous(&actions)) {
+    refuse(continuous ? "actions are whole numbers: these landers take pairs of throttles"
+                      : "actions are pairs of throttles: these landers take whole numbers");
+  }
   // All is looked at before anything moves.
   set_tasks(batch, tasks);
   for (std::size_t i = 0; i < batch.landers.size(); ++i) {
@@ -149,7 +160,6 @@ void step_batch(Batch& batch, const Actions& actions, const Observations& observ
     }
   }
   const Results results{observations.data(), rewards.data(), terminated.data()};
-  const Stepping stepping(batch);
   const nb::gil_scoped_release released;
   step(batch.landers, batch.throttles, batch.tasks, results, batch.workspaces, batch.workers);
 }
@@ -257,6 +267,10 @@ NB_MODULE(_engine, m) {
              double gravity, bool enable_wind, double wind_power, double turbulence_power) {
             const std::size_t count = need_positive(num_envs, "num_envs");
             const std::size_t threads = need_positive(num_threads, "num_threads");
+            if (threads > kMostThreads) {
+              refuse("num_threads = " + std::to_string(threads) + ": must be at most " +
+                     std::to_string(kMostThreads));
+            }
             new (batch) Batch(
                 count, threads,
                 checked_config(continuous, gravity, enable_wind, wind_power, turbulence_power));
@@ -268,7 +282,8 @@ NB_MODULE(_engine, m) {
       .def(
           "seed",
           [](Batch& batch, std::int64_t index, const nb::int_& seed_given) {
-            seed(lander_at(batch, index), entropy(seed_given));
+            const auto words = entropy(seed_given);
+            seed(lander_at(batch, index), words);
           },
           "index"_a, "seed"_a, "Starts one lander's stream of random numbers anew.")
       .def("step", &step_batch<DiscreteActions>, "actions"_a.noconvert(),

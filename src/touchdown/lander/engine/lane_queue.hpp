@@ -39,6 +39,12 @@ class LaneQueue {
 
   void give_back(Pending& pending) { free_.push_back(&pending); }
 
+  // To be called when no step is under way: takes back the places that other queues have freed.
+  void settle() {
+    free_.clear();
+    for (const auto& pending : all_) free_.push_back(pending.get());
+  }
+
   // Solves the rows at once if that makes enough that are alike, and hands those done to `finish`.
   template <typename Finish>
   void add(Pending& pending, const Finish& finish) {

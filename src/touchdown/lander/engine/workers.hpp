@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -47,26 +48,29 @@ class Workers {
     for (std::thread& thread : threads_) thread.join();
   }
 
-  // How many threads `run` would use for so many pieces of work.
-  std::size_t used_for(std::size_t pieces) const {
-    return forked() ? 1 : std::min(std::max<std::size_t>(pieces, 1), count_);
+  // How many threads `run` may use for so many pieces of work; fewer if the system gives no more.
+  std::size_t used_for(std::size_t pieces) {
+    if (forked() || pieces <= 1 || count_ == 1) return 1;
+    start();
+    return std::min(pieces, threads_.size() + 1);
   }
 
-  // Calls `work` with each number below `used`, all at once, and returns when all have. `work` must
-  // not throw.
+  // Calls `work` with each number below `used`, all at once, and returns when all have. `used` is at
+  // most what `used_for` gave; `work` must not throw.
   void run(std::size_t used, const std::function<void(std::size_t)>& work) {
     if (used == 1) {
       work(0);
       return;
     }
-    start();
     work_ = &work;
     helpers_ = used - 1;
     busy_.store(threads_.size(), std::memory_order_relaxed);
     announce();
     work(0);
     const auto is_zero = [](std::size_t left) { return left == 0; };
-    for (std::size_t left = wait_a_little(busy_, is_zero); left > 0; left = busy_.load()) busy_.wait(left);
+    for (std::size_t left = wait_a_little(busy_, is_zero); left > 0; left = busy_.load()) {
+      busy_.wait(left);
+    }
   }
 
  private:
@@ -80,17 +84,23 @@ class Workers {
   void start() {
     if (!threads_.empty()) return;
     owner_ = getpid();
-    for (std::size_t i = 1; i < count_; ++i) {
-      threads_.emplace_back([this, i, seen = round_.load()]() mutable {
-        for (;;) {
-          const auto is_new = [seen](std::uint32_t round) { return round != seen; };
-          if (!is_new(wait_a_little(round_, is_new))) round_.wait(seen);
-          seen = round_.load();
-          if (stopping_) return;
-          if (i <= helpers_) (*work_)(i);
-          if (--busy_ == 0) busy_.notify_one();
-        }
-      });
+    try {
+      while (threads_.size() + 1 < count_) {
+        threads_.emplace_back(&Workers::help, this, threads_.size() + 1, round_.load());
+      }
+    } catch (const std::system_error&) {
+      count_ = threads_.size() + 1;
+    }
+  }
+
+  void help(std::size_t number, std::uint32_t seen) {
+    for (;;) {
+      const auto is_new = [seen](std::uint32_t round) { return round != seen; };
+      if (!is_new(wait_a_little(round_, is_new))) round_.wait(seen);
+      seen = round_.load();
+      if (stopping_) return;
+      if (number <= helpers_) (*work_)(number);
+      if (--busy_ == 0) busy_.notify_one();
     }
   }
 
