@@ -18,6 +18,7 @@ MAX_EPISODE_STEPS = 1_000
 OBSERVATION_SIZE = 8
 MAIN_ENGINE_COST = 0.3  # return points a step, gymnasium's lunar_lander.py
 SIDE_ENGINE_COST = 0.03
+NOTHING, STEP, BEGIN = range(3)  # what a lander may be told to do in a step of its batch
 IDLE, LEFT_ENGINE, MAIN_ENGINE, RIGHT_ENGINE = range(4)
 
 Env = gymnasium.Env[Any, Any]

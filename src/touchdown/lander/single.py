@@ -9,8 +9,8 @@ from gymnasium import spaces
 from gymnasium.error import ClosedEnvironmentError
 from numpy.typing import NDArray
 
-from touchdown.lander.engine import BEGIN, HELIPAD, Batch
-from touchdown.lander.env import OBSERVATION_SIZE
+from touchdown.lander.engine import HELIPAD, Batch
+from touchdown.lander.env import BEGIN, OBSERVATION_SIZE
 from touchdown.lander.space import (
     LanderStates,
     action_space,

@@ -75,9 +75,8 @@ class _StockSlots:
 class _ExactSlots:
     def __init__(self, count: int) -> None:
         # where the engine was not built there is nothing to import
-        from touchdown.lander.engine import BEGIN, NOTHING, STEP, Batch  # noqa: PLC0415
+        from touchdown.lander.engine import Batch  # noqa: PLC0415
 
-        self._nothing, self._step, self._begin = NOTHING, STEP, BEGIN
         self._batch = Batch(count)
         self._actions = np.zeros(count, np.int64)
         self._observations = np.zeros((count, lander.OBSERVATION_SIZE), np.float32)
@@ -88,14 +87,14 @@ class _ExactSlots:
 
     def reset(self, slot: int, seed: int) -> FloatArray:
         self._batch.seed(slot, seed)
-        self._advance(np.array([slot]), self._begin)
+        self._advance(np.array([slot]), lander.BEGIN)
         self._steps[slot] = 0
         return self._observations[slot].copy()
 
     def step(self, slots: Sequence[int], actions: IntArray) -> Steps:
         chosen = np.asarray(slots)
         self._actions[chosen] = actions
-        self._advance(chosen, self._step)
+        self._advance(chosen, lander.STEP)
         self._steps[chosen] += 1
         return Steps(
             self._observations[chosen],
@@ -105,7 +104,7 @@ class _ExactSlots:
         )
 
     def _advance(self, slots: IntArray, task: int) -> None:
-        self._tasks[:] = self._nothing
+        self._tasks[:] = lander.NOTHING
         self._tasks[slots] = task
         self._batch.step(
             self._actions, self._observations, self._rewards, self._terminated, self._tasks

@@ -10,8 +10,8 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from touchdown.lander.engine import BEGIN, NOTHING, STEP, Batch
-from touchdown.lander.env import MAX_EPISODE_STEPS, OBSERVATION_SIZE
+from touchdown.lander.engine import Batch
+from touchdown.lander.env import BEGIN, MAX_EPISODE_STEPS, NOTHING, OBSERVATION_SIZE, STEP
 from touchdown.lander.space import (
     LanderStates,
     action_space,
