@@ -14,7 +14,8 @@ device.use("cpu")  # before anything below computes
 
 import jax  # noqa: E402
 
-from touchdown.agents.dqn import DQNAgent, Spaces  # noqa: E402
+from touchdown.agents.agent import Spaces  # noqa: E402
+from touchdown.agents.dqn import DQNAgent  # noqa: E402
 from touchdown.agents.networks import QNetwork  # noqa: E402
 from touchdown.config import (  # noqa: E402
     Config,

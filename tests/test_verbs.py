@@ -307,6 +307,6 @@ def test_being_out_of_memory_says_what_to_make_smaller(tmp_path, monkeypatch):
     def no_memory(*_args, **_options) -> None:
         raise MemoryError("Unable to allocate 76.3 GiB")
 
-    monkeypatch.setattr("touchdown.runs.train.DQNAgent", no_memory)
+    monkeypatch.setattr("touchdown.runs.train.make_agent", no_memory)
     with pytest.raises(touchdown.UserError, match=r"76.3 GiB.*a smaller capacity, batch_size"):
         touchdown.train(tiny(), runs_dir=tmp_path)

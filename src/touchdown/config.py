@@ -26,6 +26,7 @@ _MOST_TRANSITIONS = 1_000_000_000
 _MOST_RESAVES = 1_000_000
 _MOST_STEPS = 2**31 - 1  # optax counts in 32 bits
 _MOST_N_STEP = 1_000
+_MOST_ENVS = 10_000
 
 
 def _check(section: object, name: str, *, ok: bool, wanted: str) -> None:
@@ -195,8 +196,14 @@ class LearningConfig:
     """Factor on rewards inside the update (recorded returns keep their units)."""
     max_grad_norm: float = 0.0
     """Gradients longer than this are shortened to it; 0 never clips."""
+    target: Literal["q-learning", "sarsa", "expected-sarsa"] = "q-learning"
+    """What the TD target takes of the next action values: the greatest, the one of the action that
+    came next (appendix A), or their mean over the ε-greedy policy."""
     update_period: int = 1
-    """Observations between updates (Algorithm 2: 1)."""
+    """Observations between updates (Algorithm 2: 1); with 32 worlds side by side, 16 makes two
+    updates a step of them all."""
+    gradient_steps: int = 1
+    """Updates each time."""
     target_period: int = 0
     """n: observations between copies to the target network; 0 makes no copies (section 6)."""
     polyak: float = 0.0
@@ -218,6 +225,8 @@ class LearningConfig:
         batch_ok = 0 < self.batch_size <= _MOST_TRANSITIONS
         _check(self, "batch_size", ok=batch_ok, wanted=f"from 1 to {_MOST_TRANSITIONS} transitions")
         _check(self, "update_period", ok=self.update_period > 0, wanted="at least 1 observation")
+        steps_ok = 0 < self.gradient_steps <= _MOST_N_STEP
+        _check(self, "gradient_steps", ok=steps_ok, wanted=f"1 to {_MOST_N_STEP} updates")
         for name in ("learning_rate_duration", "target_period"):
             ok = 0 <= getattr(self, name) <= _MOST_STEPS
             _check(self, name, ok=ok, wanted=f"from 0 to {_MOST_STEPS}")
@@ -244,6 +253,8 @@ class LearningConfig:
 class TrainingConfig:
     """How long to train, how a checkpoint is chosen, and what is written down on the way."""
 
+    num_envs: int = 1
+    """Worlds that the agent acts in side by side."""
     episodes: int = 500
     """Training ends after this many episodes."""
     max_observations: int = 0
@@ -275,6 +286,8 @@ class TrainingConfig:
             )
         test_ok = self.test_episodes <= len(TEST_STARTS)
         _check(self, "test_episodes", ok=test_ok, wanted=f"at most {len(TEST_STARTS)}")
+        envs_ok = 0 < self.num_envs <= _MOST_ENVS
+        _check(self, "num_envs", ok=envs_ok, wanted=f"from 1 to {_MOST_ENVS}")
         for name in (
             "episodes",
             "validation_period",

@@ -25,6 +25,24 @@ class Pilot(Protocol):
         ...
 
 
+class Steps(NamedTuple):
+    """What came of one step of N worlds side by side."""
+
+    observations: FloatArray
+    """[N, D]: where an episode ended, its last."""
+    rewards: FloatArray
+    """[N]"""
+    terminated: NDArray[np.bool_]
+    """[N]: the world ended."""
+    truncated: NDArray[np.bool_]
+    """[N]: the time limit was reached."""
+
+    @property
+    def ended(self) -> NDArray[np.bool_]:
+        """[N]: the episode is over, one way or the other."""
+        return self.terminated | self.truncated
+
+
 class Transition(NamedTuple):
     """A batch of transitions in the field's notation."""
 
@@ -33,12 +51,14 @@ class Transition(NamedTuple):
     r_t: Float[jax.Array, " B"]
     discount_t: Float[jax.Array, " B"]
     o_t: Float[jax.Array, "B D"]
+    a_t: Int[jax.Array, " B"]
 
 
 def transition_dtype(observation_size: int) -> np.dtype[np.void]:
     """A transition as one record of 4-byte fields, so that a batch is one gather and one copy.
 
-    `terminated` is kept beside `discount_t` because γ = 0 makes every discount zero.
+    `terminated` is kept beside `discount_t` because γ = 0 makes every discount zero; `a_t`, the
+    action after, is known only where a target asks for it.
     """
     return np.dtype(
         [
@@ -47,6 +67,7 @@ def transition_dtype(observation_size: int) -> np.dtype[np.void]:
             ("r_t", np.float32),
             ("discount_t", np.float32),
             ("terminated", np.int32),
+            ("a_t", np.int32),
             ("o_t", np.float32, (observation_size,)),
         ]
     )
@@ -65,5 +86,6 @@ def unpack_transitions(words: Float[jax.Array, "B W"], observation_size: int) ->
         a_tm1=jax.lax.bitcast_convert_type(words[:, d], np.int32),
         r_t=words[:, d + 1],
         discount_t=words[:, d + 2],
-        o_t=words[:, d + 4 :],
+        o_t=words[:, d + 5 :],
+        a_t=jax.lax.bitcast_convert_type(words[:, d + 4], np.int32),
     )

@@ -5,10 +5,9 @@ import numpy as np
 import pytest
 from numpy.random import default_rng
 
-from touchdown.agents.dqn import DQNAgent, GreedyPilot
-from touchdown.agents.learner import Metrics
-from touchdown.agents.networks import QNetwork
-from touchdown.runs.loop import interact
+from stepping import act, fly, observe
+from touchdown.agents.dqn import DQNAgent
+from touchdown.agents.networks import GreedyPilot, QNetwork
 
 NewAgent = Callable[..., DQNAgent]
 GREEDY = {"schedule": "constant", "epsilon_start": 0.0}
@@ -18,14 +17,13 @@ def random_observations(count: int, seed: int = 0) -> np.ndarray:
     return default_rng(seed).normal(size=(count, 5)).astype(np.float32) * 3
 
 
-def feed(agent: DQNAgent, count: int, reward: float = -1.0) -> list[Metrics | None]:
+def feed(agent: DQNAgent, count: int, reward: float = -1.0) -> list[dict[str, float] | None]:
     """Random transitions; the agent's first observation is of a new episode."""
     if agent.observations == 0:
         agent.begin_episode(0)
     rows = random_observations(count + 1, seed=agent.observations)
     return [
-        agent.observe(o_tm1, i % 2, reward, o_t, terminated=False)
-        for i, (o_tm1, o_t) in enumerate(pairwise(rows))
+        observe(agent, o_tm1, i % 2, reward, o_t) for i, (o_tm1, o_t) in enumerate(pairwise(rows))
     ]
 
 
@@ -38,7 +36,7 @@ def target(agent: DQNAgent) -> np.ndarray:
 
 
 def greedy_action(agent: DQNAgent, observation: np.ndarray) -> int:
-    values = agent.network.values(agent.state.online_params, observation[None])
+    values = agent.model.values(agent.state.online_params, observation[None])
     return int(np.argmax(np.asarray(values)[0]))
 
 
@@ -53,16 +51,17 @@ def test_a_truncated_step_still_bootstraps_and_a_terminated_one_does_not(
         exploration={"schedule": "constant", "epsilon_start": 1.0},
         learning={"gamma": 0.7},
     )
-    steps = list(islice(interact(agent, chain(limit=3), lambda episode: episode), 300))
+    steps = list(islice(fly(agent, chain(limit=3)), 300))
     records = agent.memory.ring.records
     assert len(records) == len(steps) == 300
     ends = {True: 0, False: 0}
     for step, record in zip(steps, records, strict=True):
-        assert record["discount_t"] == np.float32(0.0 if step.terminated else 0.7)
-        assert record["terminated"] == step.terminated
-        assert np.array_equal(record["o_t"], step.o_t)  # before the reset
-        if step.terminated or step.truncated:
-            ends[step.terminated] += 1
+        observations, _, (terminated,), (truncated,) = step.steps
+        assert record["discount_t"] == np.float32(0.0 if terminated else 0.7)
+        assert record["terminated"] == terminated
+        assert np.array_equal(record["o_t"], observations[0])  # before the reset
+        if terminated or truncated:
+            ends[bool(terminated)] += 1
     assert min(ends.values()) > 10  # both kinds of end were seen
 
 
@@ -157,7 +156,7 @@ def test_without_exploring_the_action_is_the_one_of_highest_value(new_agent: New
     agent = new_agent(exploration=GREEDY)
     agent.begin_episode(0)
     observations = random_observations(50)
-    actions = [agent.act(observation) for observation in observations]
+    actions = [act(agent, observation) for observation in observations]
     assert actions == [greedy_action(agent, observation) for observation in observations]
     assert set(actions) == {0, 1}
 
@@ -166,7 +165,7 @@ def test_exploring_always_takes_every_action_equally_often(new_agent: NewAgent):
     agent = new_agent(exploration={"schedule": "constant", "epsilon_start": 1.0})
     agent.begin_episode(0)
     observation = random_observations(1)[0]
-    mean = np.mean([agent.act(observation) for _ in range(2_000)])
+    mean = np.mean([act(agent, observation) for _ in range(2_000)])
     assert mean == pytest.approx(0.5, abs=0.034)  # three standard deviations
 
 
@@ -177,19 +176,17 @@ def test_the_action_that_the_update_looked_ahead_to_is_the_one_computed_apart(
     agent.begin_episode(0)
     rows, actions = random_observations(101), []
     for o_tm1, o_t in pairwise(rows):
-        agent.observe(o_tm1, len(actions) % 2, 1.0, o_t, terminated=False)
+        observe(agent, o_tm1, len(actions) % 2, 1.0, o_t)
         assert agent._next_q is not None
-        apart = agent.network.values(agent.state.online_params, o_t[None])[0]
-        np.testing.assert_allclose(agent._next_q, apart, rtol=1e-4, atol=1e-5)
-        actions.append(agent.act(o_t))
+        apart = agent.model.values(agent.state.online_params, o_t[None])[0]
+        np.testing.assert_allclose(agent._next_q[0], apart, rtol=1e-4, atol=1e-5)
+        actions.append(act(agent, o_t))
         assert actions[-1] == greedy_action(agent, o_t)
     assert set(actions) == {0, 1}
 
 
-@pytest.mark.parametrize("between", ["episodes", "updates"])
-def test_values_looked_ahead_to_are_not_used_for_another_observation(
-    between: str, new_agent: NewAgent
-):
+@pytest.mark.parametrize("between", ["an episode's end", "updates"])
+def test_values_looked_ahead_to_are_of_what_is_acted_on_next(between: str, new_agent: NewAgent):
     agent = new_agent(
         replay={"min_size": 1},
         exploration=GREEDY,
@@ -200,21 +197,21 @@ def test_values_looked_ahead_to_are_not_used_for_another_observation(
     chosen = [greedy_action(agent, row) for row in candidates]
     left, right = (candidates[chosen.index(action)] for action in (0, 1))
     feed(agent, 1)
-    agent.observe(left, 0, 0.0, left, terminated=False)  # the second observation: an update
-    assert agent.act(left) == 0
-    if between == "episodes":
-        agent.begin_episode(1)
+    if between == "updates":
+        observe(agent, left, 0, 0.0, left)  # the second observation: an update
+        assert act(agent, left) == 0
+        assert observe(agent, left, 0, 0.0, right) is None
     else:
-        assert agent.observe(left, 0, 0.0, right, terminated=False) is None
-    assert agent.act(right) == 1
+        observe(agent, left, 0, 0.0, left, terminated=True, following=right)
+    assert act(agent, right) == 1
 
 
 # --- one seed, two seeds ---
 
 
 def flown(agent: DQNAgent, chain) -> list[tuple[float, bytes]]:
-    steps = islice(interact(agent, chain(), lambda episode: episode), 200)
-    return [(step.reward, step.o_t.tobytes()) for step in steps]
+    steps = islice(fly(agent, chain()), 200)
+    return [(step.steps.rewards[0], step.steps.observations.tobytes()) for step in steps]
 
 
 def test_two_agents_of_one_seed_are_identical_and_two_seeds_differ(new_agent: NewAgent, chain):
@@ -267,17 +264,17 @@ def test_a_pilot_takes_the_action_of_highest_value(new_agent: NewAgent):
     agent = new_agent()
     observations = random_observations(40)
     expected = [greedy_action(agent, observation) for observation in observations]
-    assert agent.pilot().act(observations).tolist() == expected
+    assert agent.model.pilot(agent.params()).act(observations).tolist() == expected
 
 
 def test_a_pilot_stays_as_it_was_when_its_agent_goes_on_learning(new_agent: NewAgent):
     agent = new_agent(learning={"learning_rate": 0.01})
     feed(agent, 10)
-    pilot, observations = agent.pilot(), random_observations(500, seed=9)
+    pilot, observations = agent.model.pilot(agent.params()), random_observations(500, seed=9)
     before = pilot.act(observations)
     feed(agent, 200, reward=5.0)
     assert np.array_equal(pilot.act(observations), before)
-    assert not np.array_equal(agent.pilot().act(observations), before)
+    assert not np.array_equal(agent.model.pilot(agent.params()).act(observations), before)
 
 
 # --- parts that combine ---
@@ -321,9 +318,9 @@ def test_two_parts_learn_together_or_are_refused_with_the_reason(
 
 def test_transitions_under_way_when_an_episode_is_cut_off_are_remembered(new_agent: NewAgent):
     agent = new_agent(learning={"n_step": 4, "gamma": 0.5})
-    feed(agent, 6)
-    assert len(agent.memory) == 3
-    agent.cut()
+    feed(agent, 5)
+    assert len(agent.memory) == 2
+    observe(agent, *random_observations(1), 0, -1.0, *random_observations(1), truncated=True)
     discounts = agent.memory.ring.records["discount_t"].tolist()
     assert discounts == [0.5**4] * 3 + [0.5**3, 0.5**2, 0.5]
 
@@ -334,6 +331,6 @@ def test_every_part_learns_the_way_along_a_chain(part: str, new_agent: NewAgent,
     settings["learning"] = {"gamma": 0.7, "learning_rate": 5e-3} | settings.get("learning", {})
     settings["exploration"] = {"schedule": "constant", "epsilon_start": 1.0}
     agent = new_agent(**settings)
-    list(islice(interact(agent, chain(limit=20), lambda episode: episode % 5), 1_500))
+    list(islice(fly(agent, chain(limit=20)), 1_500))
     for place in range(4):
         assert greedy_action(agent, np.eye(5, dtype=np.float32)[place]) == 1

@@ -1,4 +1,3 @@
-import numpy as np
 import pytest
 from numpy.random import default_rng
 
@@ -54,19 +53,19 @@ def test_the_papers_schedule_by_default_is_0975_an_episode_from_one():
 
 def test_exploring_is_certain_at_one_and_never_happens_at_zero():
     rng = default_rng(0)
-    assert all(exploration.explores(1.0, rng) for _ in range(1_000))
-    assert not any(exploration.explores(0.0, rng) for _ in range(1_000))
+    assert exploration.explore(1.0, 1_000, rng).all()
+    assert not exploration.explore(0.0, 1_000, rng).any()
 
 
 def test_exploring_happens_as_often_as_epsilon_says():
-    rng = default_rng(0)
-    share = np.mean([exploration.explores(0.3, rng) for _ in range(10_000)])
+    share = exploration.explore(0.3, 10_000, default_rng(0)).mean()
     assert share == pytest.approx(0.3, abs=0.014)  # three standard deviations
 
 
 @pytest.mark.parametrize("epsilon", [0.0, 0.5, 1.0])
-def test_exploring_draws_one_number_whatever_epsilon_is(epsilon: float):
+def test_exploring_draws_one_number_for_each_world_whatever_epsilon_is(epsilon: float):
     rng, twin = default_rng(7), default_rng(7)
-    exploration.explores(epsilon, rng)
-    twin.random()
+    exploration.explore(epsilon, 3, rng)
+    for _ in range(3):
+        twin.random()
     assert rng.bit_generator.state == twin.bit_generator.state

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from stepping import fly
 from touchdown.agents.dqn import DQNAgent
-from touchdown.runs.loop import Step, interact
+from touchdown.lander.slots import StockSlots
+from touchdown.runs.loop import Episode, Moment, interact
 
 NewAgent = Callable[..., DQNAgent]
 
@@ -34,11 +36,11 @@ def value_iteration(chain) -> np.ndarray:
 
 def learnt_values(agent: DQNAgent) -> np.ndarray:
     """Q(s,·) of each one-hot state."""
-    return np.asarray(agent.network.values(agent.state.online_params, np.eye(5, dtype=np.float32)))
+    return np.asarray(agent.model.values(agent.state.online_params, np.eye(5, dtype=np.float32)))
 
 
 def taught(agent: DQNAgent, env: Any, steps: int) -> DQNAgent:
-    for _ in islice(interact(agent, env, lambda episode: episode), steps):
+    for _ in islice(fly(agent, env), steps):
         pass
     return agent
 
@@ -78,7 +80,7 @@ def test_on_a_chain_of_five_states_the_agent_learns_the_values_of_value_iteratio
     taught(agent, chain(), 3_000)
     scale = learning.get("reward_scale", 1.0)
     assert_allclose(learnt_values(agent) / scale, value_iteration(chain), atol=0.05)
-    assert agent.pilot().act(np.eye(5, dtype=np.float32)).tolist() == [1] * 5
+    assert agent.model.pilot(agent.params()).act(np.eye(5, dtype=np.float32)).tolist() == [1] * 5
 
 
 class Cut:
@@ -129,60 +131,92 @@ def test_a_world_that_is_only_ever_truncated_is_worth_its_reward_forever(
 class Script:
     """An agent that only listens, and always goes right."""
 
+    epsilon = 0.5
+
     def __init__(self) -> None:
         self.heard: list[Any] = []
 
-    def begin_episode(self, episode: int) -> None:
-        self.heard.append(("episode", episode))
+    def begin_episode(self, ended: int) -> None:
+        self.heard.append(("ended", ended))
+        self.epsilon /= 2
 
-    def act(self, observation: np.ndarray) -> int:
-        self.heard.append(("act", int(observation.argmax())))
-        return 1
+    def act(self, observations: np.ndarray) -> np.ndarray:
+        self.heard.append(("act", *observations.argmax(axis=1).tolist()))
+        return np.ones(len(observations), int)
 
-    def cut(self) -> None:
-        self.heard.append(("cut",))
+    def observe(self, o_tm1, a_tm1, steps, following) -> dict[str, float]:
+        self.heard.append(
+            (
+                *o_tm1.argmax(axis=1).tolist(),
+                *a_tm1.tolist(),
+                *steps.rewards.tolist(),
+                *steps.observations.argmax(axis=1).tolist(),
+                *steps.terminated.tolist(),
+                *steps.truncated.tolist(),
+                *following.argmax(axis=1).tolist(),
+            )
+        )
+        return {"heard": len(self.heard)}
 
-    def observe(self, o_tm1, a_tm1, r_t, o_t, *, terminated: bool) -> str:
-        self.heard.append((int(o_tm1.argmax()), a_tm1, r_t, int(o_t.argmax()), terminated))
-        return f"metrics {len(self.heard)}"
+
+def begun(env: Any, starts: dict[int, int], number: int) -> list[Episode]:
+    return [Episode(number, env.reset(seed=starts[number])[0])]
 
 
 def test_the_loop_tells_the_agent_all_that_happens_in_order(chain):
-    agent = Script()
+    agent, env = Script(), chain(limit=2)
     starts = {7: 3, 8: 1, 9: 2}
-    steps = list(islice(interact(agent, chain(limit=2), starts.__getitem__, 7), 5))
+    loop = interact(agent, StockSlots([env]), starts.__getitem__, begun(env, starts, 7))
+    steps = list(islice(loop, 5))
     assert agent.heard == [
-        ("episode", 7),
         ("act", 3),
-        (3, 1, 0.0, 4, False),
+        (3, 1, 0.0, 4, False, False, 4),
         ("act", 4),
-        (4, 1, 8.0, 4, True),
-        ("episode", 8),
+        (4, 1, 8.0, 4, True, False, 1),
+        ("ended", 8),
         ("act", 1),
-        (1, 1, 0.0, 2, False),
+        (1, 1, 0.0, 2, False, False, 2),
         ("act", 2),
-        (2, 1, 0.0, 3, False),  # truncated here, and not terminated
-        ("cut",),
-        ("episode", 9),
+        (2, 1, 0.0, 3, False, True, 2),
+        ("ended", 9),
         ("act", 2),
-        (2, 1, 0.0, 3, False),
+        (2, 1, 0.0, 3, False, False, 3),
     ]
-    assert {step.action for step in steps} == {1}
-    assert [(step.episode, *step[2:5]) for step in steps] == [
-        (7, 0.0, False, False),
-        (7, 8.0, True, False),
-        (8, 0.0, False, False),
-        (8, 0.0, False, True),
-        (9, 0.0, False, False),
+    assert [step.epsilon for step in steps] == [0.5, 0.5, 0.25, 0.25, 0.125]
+    assert [
+        [(e.number, e.episode_return, len(e.actions)) for e in step.ended] for step in steps
+    ] == [
+        [],
+        [(7, 8.0, 2)],
+        [],
+        [(8, 0.0, 2)],
+        [],
     ]
-    assert [int(step.o_t.argmax()) for step in steps] == [4, 4, 2, 3, 3]
-    assert [step.metrics for step in steps] == [f"metrics {n}" for n in (3, 5, 8, 10, 14)]
-    assert all(isinstance(step, Step) for step in steps)
+    assert [int(step.steps.observations.argmax()) for step in steps] == [4, 4, 2, 3, 3]
+    assert [step.metrics for step in steps] == [{"heard": n} for n in (2, 4, 7, 9, 12)]
+    assert all(isinstance(step, Moment) for step in steps)
+
+
+def test_worlds_side_by_side_each_begin_the_next_episode_when_theirs_ends(chain):
+    agent = Script()
+    steps = list(
+        islice(fly(agent, chain(), chain(), chain(), start_of=(4, 3, 2, 1, 0, 3).__getitem__), 3)
+    )
+    ended = [[(e.number, e.actions, e.episode_return) for e in step.ended] for step in steps]
+    assert ended == [[(0, [1], 8.0)], [(1, [1, 1], 8.0)], [(2, [1, 1, 1], 8.0)]]
+    acted_on = [heard[1:] for heard in agent.heard if heard[0] == "act"]
+    assert acted_on == [(4, 3, 2), (1, 4, 3), (2, 0, 4)]
+    assert [heard for heard in agent.heard if heard[0] == "ended"] == [
+        ("ended", 0),
+        ("ended", 1),
+        ("ended", 2),
+        ("ended", 3),
+    ]
 
 
 def test_the_loop_does_nothing_before_it_is_asked_for_a_step(chain):
-    agent = Script()
-    loop = interact(agent, chain(), lambda episode: episode)
+    agent, env = Script(), chain()
+    loop = interact(agent, StockSlots([env]), int, begun(env, {0: 0}, 0))
     assert agent.heard == []
     next(loop)
-    assert agent.heard == [("episode", 0), ("act", 0), (0, 1, 0.0, 1, False)]
+    assert agent.heard == [("act", 0), (0, 1, 0.0, 1, False, False, 1)]

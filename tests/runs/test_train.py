@@ -148,7 +148,7 @@ def test_a_landing_stopped_in_mid_flight_goes_on_from_there(tmp_path, monkeypatc
         with pytest.raises(Interrupted):
             train(stopped, after(1))
         newest = newest_checkpoint(stopped.checkpoints)
-        in_flight += files.read_json(newest / "state.json")["midway"] is not None
+        in_flight += len(files.read_tensors(newest / "underway.safetensors")[0]["0.actions"]) > 0
     assert in_flight >= 2
     monkeypatch.setattr(env, "engine_in_use", lambda: then)  # either flies the same
     train(stopped)
@@ -173,6 +173,22 @@ def test_returns_of_several_steps_and_priorities_go_on_in_mid_flight_too(tmp_pat
     assert_same_run(whole, stopped)
 
 
+def test_worlds_side_by_side_each_go_on_in_mid_flight(tmp_path):
+    config = small_config(episodes=12, num_envs=4)
+    config = replace(
+        config,
+        env_id="LunarLander-v3",
+        learning=replace(config.learning, update_period=2, n_step=3, target="sarsa"),
+    )
+    whole, stopped = (folders.create(tmp_path, config, name) for name in ("whole", "stopped"))
+    train(whole)
+    for _ in range(4):
+        with pytest.raises(Interrupted):
+            train(stopped, after(2))
+    train(stopped)
+    assert_same_run(whole, stopped)
+
+
 def test_a_run_stopped_in_its_last_flight_finishes_it(tmp_path):
     config = replace(small_config(max_observations=40), env_id="LunarLander-v3")
     folder = folders.create(tmp_path, config, "last")
@@ -188,11 +204,11 @@ def test_a_world_that_does_not_come_to_the_same_place_is_not_gone_on_with(tmp_pa
     with pytest.raises(Interrupted):
         train(folder, after(1))
     newest = newest_checkpoint(folder.checkpoints)
-    tensors, _ = files.read_tensors(newest / "midway.safetensors")
-    data = save({**tensors, "observation": tensors["observation"] + 1})
-    (newest / "midway.safetensors").write_bytes(data)
+    tensors, _ = files.read_tensors(newest / "underway.safetensors")
+    data = save({**tensors, "0.observation": tensors["0.observation"] + 1})
+    (newest / "underway.safetensors").write_bytes(data)
     state = files.read_json(newest / "state.json")
-    state["sha256"]["midway"] = hashlib.sha256(data).hexdigest()
+    state["sha256"]["underway"] = hashlib.sha256(data).hexdigest()
     (newest / "state.json").write_text(files.to_json(state))
     with pytest.raises(UserError, match="does not come to the same place"):
         train(folder)
@@ -276,7 +292,7 @@ def test_a_full_disk_leaves_the_last_checkpoint_whole(finished, tmp_path, monkey
     assert_same_run(finished, folder)
 
 
-@pytest.mark.parametrize("name", ["learner", "memory", "finalists"])
+@pytest.mark.parametrize("name", ["learner", "memory", "acting", "finalists", "underway"])
 def test_a_cut_off_checkpoint_is_refused_in_one_line(tmp_path, name):
     folder = folders.create(tmp_path, small_config(), "cut")
     with pytest.raises(Interrupted):
@@ -321,7 +337,7 @@ def test_a_checkpoint_of_another_version_is_refused(tmp_path):
     path = newest_checkpoint(folder.checkpoints) / "state.json"
     state = json.loads(path.read_text())
     path.write_text(json.dumps(state | {"format_version": 99}))
-    with pytest.raises(UserError, match="format_version = 99: this touchdown reads 1"):
+    with pytest.raises(UserError, match="format_version = 99: this touchdown reads 2"):
         Trainer(folder)
 
 

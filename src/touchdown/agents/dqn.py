@@ -1,13 +1,15 @@
 """Deep Q-learning put together from parts: act, remember, update after every observation."""
 
-from typing import Any, NamedTuple, cast
+from collections.abc import Mapping
+from typing import Any, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from numpy.typing import NDArray
+from jaxtyping import Float
 
 from touchdown.agents import exploration
+from touchdown.agents.agent import Spaces, Tensors
 from touchdown.agents.learner import (
     Batch,
     LearnerState,
@@ -17,22 +19,15 @@ from touchdown.agents.learner import (
     copy_target,
     init_learner,
     make_update,
+    state_from,
+    tensors_of,
 )
 from touchdown.agents.networks import QNetwork
 from touchdown.config import Config, ReplayConfig
 from touchdown.memory.n_step import NStep
 from touchdown.memory.replay import Proportional, Replay
 from touchdown.seeding import Streams
-from touchdown.types import FloatArray, IntArray
-
-_ROWS = 32  # observations in one call of a greedy pilot
-
-
-class Spaces(NamedTuple):
-    """The sizes that a world gives an agent."""
-
-    observation_size: int
-    num_actions: int
+from touchdown.types import FloatArray, IntArray, Steps
 
 
 def make_network(config: Config, spaces: Spaces) -> QNetwork:
@@ -44,34 +39,6 @@ def _proportional(config: ReplayConfig) -> Proportional | None:
     if not config.prioritized:
         return None
     return Proportional(config.alpha, config.beta, config.beta_duration)
-
-
-class GreedyPilot:
-    """Flies a trained network without exploring.
-
-    Args:
-        network: the shape.
-        params: its flat parameters, [P].
-    """
-
-    def __init__(self, network: QNetwork, params: FloatArray) -> None:
-        self._params = jnp.asarray(params)
-        self._values = network.values
-
-    def act(self, observations: FloatArray) -> IntArray:
-        """The best action of each observation: [N, D] to [N].
-
-        Calls always have the same shape: one compilation serves all, and an action does not depend
-        on how many observations came along (another shape may round another way).
-        """
-        actions: list[IntArray] = []
-        for first in range(0, len(observations), _ROWS):
-            rows = observations[first : first + _ROWS]
-            padded = np.zeros((_ROWS, rows.shape[1]), np.float32)
-            padded[: len(rows)] = rows
-            q = cast(jax.Array, self._values(self._params, padded))
-            actions.append(np.asarray(q)[: len(rows)].argmax(axis=1))
-        return np.concatenate(actions)
 
 
 class DQNAgent:
@@ -87,8 +54,8 @@ class DQNAgent:
         self._config = config
         self._spaces = spaces
         self._streams = streams
-        self.network = make_network(config, spaces)
-        self.state = init_learner(self.network, config.learning, config.seed)
+        self.model = make_network(config, spaces)
+        self.state = init_learner(self.model, config.learning, config.seed)
         self.memory = Replay(
             config.replay.capacity,
             spaces.observation_size,
@@ -96,107 +63,182 @@ class DQNAgent:
             config.replay.resave_threshold,
             _proportional(config.replay),
         )
-        self._n_step = NStep(config.learning.n_step, config.learning.gamma)
-        self.observations = 0  # environment steps observed so far
+        learning = config.learning
+        self._n_steps = [
+            NStep(learning.n_step, learning.gamma, waits=learning.target == "sarsa")
+            for _ in range(config.training.num_envs)
+        ]
+        self.observations = 0
         self.updates = 0
         self.epsilon = 1.0
         self._epsilon_of = exploration.make_schedule(config.exploration)
-        self._next_q: jax.Array | None = None  # Q(s,·) for the coming action, if known already
-        self._values = self.network.values
-        self._update = self._compile_update()
+        self._next_q: jax.Array | None = None  # [N, A] for the coming actions, if known already
+        self._values = self.model.values
+        self._learn = self._compile()
 
-    def _compile_update(self) -> Any:
-        update = make_update(self.network, self._config.learning)
+    def _compile(self) -> Any:
+        update = make_update(self.model, self._config.learning)
 
-        def update_and_look(
+        def learn_and_look(
             state: LearnerState,
-            batch: Batch,
-            weights: Weights | None,
-            observation: jax.Array,
+            batches: Float[jax.Array, "K B W"],
+            weights: Float[jax.Array, "K B"] | None,
+            observations: Float[jax.Array, "N D"],
             measured: bool,
-        ) -> tuple[Updated, jax.Array]:
-            # the values for the next action come from the same call: a second one would cost
+        ) -> tuple[Updated, Float[jax.Array, "N A"]]:
+            def learn(
+                state: LearnerState, drawn: tuple[Batch, Weights | None]
+            ) -> tuple[LearnerState, tuple[Metrics | None, jax.Array]]:
+                updated = update(state, *drawn, measured)
+                return updated.state, (updated.metrics, updated.td_error)
+
+            state, (metrics, td_error) = jax.lax.scan(
+                learn, state, (batches, weights), unroll=len(batches) == 1
+            )
+            if metrics is not None:
+                metrics = Metrics(*(values[-1] for values in metrics))
+            # the values for the next actions come from the same call: a second one would cost
             # as much again as the arithmetic of a small network
-            updated = update(state, batch, weights, measured)
-            return updated, self.network.apply(updated.state.online_params, observation[None])[0]
+            q = self.model.apply(state.online_params, observations)
+            return Updated(state, metrics, td_error), q
 
-        return jax.jit(update_and_look, donate_argnums=0, static_argnums=4)
+        return jax.jit(learn_and_look, donate_argnums=0, static_argnums=4)
 
-    def begin_episode(self, episode: int) -> None:
-        """Set ε for an episode whose schedule counts episodes, and forget the last one's values."""
-        self._next_q = None
-        self.epsilon = self._epsilon_of(episode, self.observations)
+    def begin_episode(self, ended: int) -> None:
+        """Set ε, where its schedule counts episodes."""
+        self.epsilon = self._epsilon_of(ended, self.observations)
 
-    def act(self, observation: FloatArray) -> int:
-        """An ε-greedy action (Algorithm 2, line 4)."""
-        if exploration.explores(self.epsilon, self._streams.exploration):
-            return int(self._streams.exploration.integers(self._spaces.num_actions))
-        q = self._next_q
-        if q is None:
-            q = cast(jax.Array, self._values(self.state.online_params, observation[None])[0])
-        return int(np.asarray(q).argmax())
+    def act(self, observations: FloatArray) -> IntArray:
+        """ε-greedy actions (Algorithm 2, line 4): [N, D] to [N]."""
+        explores = exploration.explore(self.epsilon, len(observations), self._streams.exploration)
+        actions = np.zeros(len(observations), np.int64)
+        if not explores.all():
+            q = self._next_q
+            if q is None:
+                q = cast(jax.Array, self._values(self.state.online_params, observations))
+            actions = np.asarray(q).argmax(axis=1)
+        count = np.count_nonzero(explores)
+        if count:
+            draw = self._streams.exploration.integers
+            actions[explores] = draw(self._spaces.num_actions, size=count)
+        return actions
 
     def observe(
-        self,
-        o_tm1: FloatArray,
-        a_tm1: int,
-        r_t: float,
-        o_t: FloatArray,
-        *,
-        terminated: bool,
-    ) -> Metrics | None:
-        """Remember one transition and learn from a minibatch (Algorithm 2, lines 6-12).
+        self, o_tm1: FloatArray, a_tm1: IntArray, steps: Steps, following: FloatArray
+    ) -> dict[str, float] | None:
+        """Remember transitions and learn from minibatches (Algorithm 2, lines 6-12).
 
         Returns:
-            The metrics of every `metrics_period`-th update, None at other times.
+            The metrics of every `metrics_period`-th update, None at other times. Values and the
+            loss's square root are in units of the reward, whatever it is scaled by.
         """
-        config = self._config
-        # truncation still bootstraps
-        for experience in self._n_step.push(o_tm1, a_tm1, r_t, o_t, terminated=terminated):
-            self.memory.add(experience)
-        self.observations += 1
+        self._remember(o_tm1, a_tm1, steps)
+        before, self.observations = self.observations, self.observations + len(a_tm1)
         self._next_q = None
+        learning = self._config.learning
+        due = self.observations // learning.update_period - before // learning.update_period
         metrics = None
-        if (
-            len(self.memory) >= config.replay.min_size
-            and self.observations % config.learning.update_period == 0
-        ):
-            sample = self.memory.sample(config.learning.batch_size, self._streams.replay)
-            words = sample.records.view(np.float32).reshape(len(sample.records), -1)
-            self.updates += 1
-            measured = self.updates % config.training.metrics_period == 0
-            updated, self._next_q = self._update(self.state, words, sample.weights, o_t, measured)
-            self.state, metrics, td_error = updated
-            if sample.weights is not None:
-                self.memory.learnt(sample.indices, np.asarray(td_error))
-        period = config.learning.target_period
-        if period and self.observations % period == 0:
+        if due and len(self.memory) >= self._config.replay.min_size:
+            metrics = self._update(due * learning.gradient_steps, following)
+        period = learning.target_period
+        if period and self.observations // period != before // period:
             self.state = copy_target(self.state)
-        if config.exploration.schedule == "linear":
+        if self._config.exploration.schedule == "linear":
             self.epsilon = self._epsilon_of(0, self.observations)
         return metrics
 
-    def recall(self, o_tm1: FloatArray, a_tm1: int, r_t: float, o_t: FloatArray) -> None:
-        """Go once more through a step that was observed before a checkpoint and is no end.
+    def _remember(self, o_tm1: FloatArray, a_tm1: IntArray, steps: Steps) -> None:
+        actions, rewards = a_tm1.tolist(), steps.rewards.tolist()
+        terminated, truncated = steps.terminated.tolist(), steps.truncated.tolist()
+        for slot, n_step in enumerate(self._n_steps):
+            o_t = steps.observations[slot]
+            # truncation still bootstraps
+            whole = n_step.push(
+                o_tm1[slot], actions[slot], rewards[slot], o_t, terminated=terminated[slot]
+            )
+            if truncated[slot] and not terminated[slot]:
+                whole += n_step.cut(self._after(o_t))
+            for experience in whole:
+                self.memory.add(experience)
+
+    def _after(self, observation: FloatArray) -> int:
+        """The action that would come after a flight was cut off, for a target that asks for it."""
+        if self._config.learning.target != "sarsa":
+            return 0
+        self._next_q = None
+        return int(self.act(observation[None])[0])
+
+    def _update(self, count: int, following: FloatArray) -> dict[str, float] | None:
+        batch_size = self._config.learning.batch_size
+        drawn = [self.memory.sample(batch_size, self._streams.replay) for _ in range(count)]
+        words = np.stack([sample.records for sample in drawn])
+        words = words.view(np.float32).reshape(count, batch_size, -1)
+        weights = None
+        if drawn[0].weights is not None:
+            weights = np.stack([cast(FloatArray, sample.weights) for sample in drawn])
+        before, self.updates = self.updates, self.updates + count
+        period = self._config.training.metrics_period
+        measured = self.updates // period != before // period
+        updated, self._next_q = self._learn(self.state, words, weights, following, measured)
+        self.state, metrics, td_errors = updated
+        if weights is not None:
+            errors: FloatArray = np.asarray(td_errors)
+            for sample, td_error in zip(drawn, errors, strict=True):
+                self.memory.learnt(sample.indices, td_error)
+        return None if metrics is None else self._measured(metrics)
+
+    def _measured(self, metrics: Metrics) -> dict[str, float]:
+        scale = self._config.learning.reward_scale
+        shares = self.memory.shares()
+        return {
+            "loss": float(metrics.loss),
+            "mean_q": float(metrics.mean_q) / scale,
+            "max_q": float(metrics.max_q) / scale,
+            "gradient_norm": float(metrics.gradient_norm),
+            "rewarded_share": shares.rewarded,
+            "terminal_share": shares.terminal,
+        }
+
+    def recall(self, slot: int, o_tm1: FloatArray, a_tm1: int, r_t: float, o_t: FloatArray) -> None:
+        """Go once more through a step that was observed before a checkpoint.
 
         Whatever transitions are whole by it are in the memory already.
         """
-        self._n_step.push(o_tm1, a_tm1, r_t, o_t, terminated=False)
+        self._n_steps[slot].push(o_tm1, a_tm1, r_t, o_t, terminated=False)
 
-    def mood(self) -> tuple[float, NDArray[np.float32] | None]:
-        """ε, and Q(s,·) of where the episode is, if it is known: what `state` leaves out."""
-        return self.epsilon, None if self._next_q is None else np.array(self._next_q)
+    def params(self) -> FloatArray:
+        """The online network's parameters, [P]: a copy, for learning goes on."""
+        return np.array(self.state.online_params)
 
-    def restore_mood(self, epsilon: float, next_q: NDArray[np.float32] | None) -> None:
-        """Go on in the middle of an episode."""
-        self.epsilon = epsilon
+    def tensors(self) -> dict[str, Tensors]:
+        """The learner's state, the memory, and what is known for the coming actions."""
+        acting = {} if self._next_q is None else {"next_q": np.array(self._next_q)}
+        return {
+            "learner": tensors_of(self.state),
+            "memory": self.memory.tensors(),
+            "acting": acting,
+        }
+
+    def facts(self) -> dict[str, Any]:
+        """Counts and ε."""
+        return {
+            "observations": self.observations,
+            "updates": self.updates,
+            "epsilon": self.epsilon,
+            "memory_added": self.memory.ring.added,
+        }
+
+    def restore(self, tensors: Mapping[str, Tensors], facts: Mapping[str, Any]) -> None:
+        """Go on from a checkpoint.
+
+        Raises:
+            KeyError: something is missing.
+            TypeError: something is of another kind.
+            ValueError: something does not fit.
+        """
+        self.state = state_from(self.state, tensors["learner"])
+        self.memory.restore(tensors["memory"], facts["memory_added"])
+        next_q = tensors["acting"].get("next_q")
         self._next_q = None if next_q is None else jnp.array(next_q)
-
-    def cut(self) -> None:
-        """The episode was cut off: remember what was under way."""
-        for experience in self._n_step.cut():
-            self.memory.add(experience)
-
-    def pilot(self) -> GreedyPilot:
-        """What has been learnt so far, as a pilot that goes on unchanged while learning goes on."""
-        return GreedyPilot(self.network, np.array(self.state.online_params))
+        self.observations, self.updates = facts["observations"], facts["updates"]
+        self.epsilon = float(facts["epsilon"])

@@ -2,7 +2,9 @@
 
 from collections.abc import Callable
 
+import numpy as np
 from numpy.random import Generator
+from numpy.typing import NDArray
 
 from touchdown.config import ExplorationConfig
 
@@ -33,9 +35,9 @@ def exponential(start: float, end: float, factor: float) -> Schedule:
     return schedule
 
 
-def explores(epsilon: float, rng: Generator) -> bool:
-    """Whether this action is a random one (Eq. 3). Draws one number, whatever ε is."""
-    return bool(rng.random() < epsilon)
+def explore(epsilon: float, count: int, rng: Generator) -> NDArray[np.bool_]:
+    """Which of `count` actions are random ones (Eq. 3). Draws as many numbers, whatever ε is."""
+    return rng.random(count) < epsilon
 
 
 def make_schedule(config: ExplorationConfig) -> Callable[[int, int], float]:

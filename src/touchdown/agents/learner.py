@@ -1,12 +1,14 @@
 """The learner's state as a value, and the update that makes a new one (Algorithm 2, lines 7-12)."""
 
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 import optax
 from jaxtyping import Float
+from numpy.typing import NDArray
 
 from touchdown.agents import td
 from touchdown.agents.networks import QNetwork
@@ -77,6 +79,36 @@ def follow(state: LearnerState, share: float) -> LearnerState:
     """Θ′ ← Θ′ + share·(Θ − Θ′)   (Polyak averaging; Lillicrap et al., 2016)."""
     lag = optax.tree.sub(state.online_params, state.target_params)
     return state._replace(target_params=optax.tree.add_scale(state.target_params, share, lag))
+
+
+def tensors_of(state: LearnerState) -> dict[str, NDArray[Any]]:
+    """All arrays of a state by name, for a checkpoint."""
+    return {name: np.array(leaf) for name, leaf in _named_leaves(state).items()}
+
+
+def state_from(like: LearnerState, tensors: Mapping[str, NDArray[Any]]) -> LearnerState:
+    """The state whose arrays `tensors_of` gave, of the same form as `like`.
+
+    Raises:
+        ValueError: the arrays are others, or of other shapes or types.
+    """
+    named = _named_leaves(like)
+    if named.keys() != tensors.keys():
+        raise ValueError(f"it holds {sorted(tensors)}, the learner needs {sorted(named)}")
+    leaves: list[jax.Array] = []
+    for name, leaf in named.items():
+        value = tensors[name]
+        if value.shape != leaf.shape or value.dtype != leaf.dtype:
+            raise ValueError(
+                f"{name} is {value.dtype}{value.shape}, must be {leaf.dtype}{leaf.shape}"
+            )
+        leaves.append(jnp.array(value))
+    return cast(LearnerState, jax.tree.unflatten(cast(Any, jax.tree.structure(like)), leaves))
+
+
+def _named_leaves(state: LearnerState) -> dict[str, jax.Array]:
+    leaves = cast(list[tuple[Any, jax.Array]], jax.tree.leaves_with_path(state))
+    return {jax.tree_util.keystr(path).lstrip("."): leaf for path, leaf in leaves}
 
 
 def losses_of(td_error: Float[jax.Array, " B"], kind: str) -> Float[jax.Array, " B"]:

@@ -1,18 +1,21 @@
 """Q-networks: observations in, one value an action out."""
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any, cast
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Float, PRNGKeyArray
 from numpy.typing import NDArray
 
 from touchdown.config import NetworkConfig
-from touchdown.types import FloatArray, Params
+from touchdown.types import FloatArray, IntArray, Params
 
+_ROWS = 32  # observations in one call of a greedy pilot
 _KINDS = ("weight", "bias")
 _ACTIVATIONS = {"relu": jax.nn.relu, "tanh": jax.nn.tanh, "silu": jax.nn.silu}
 
@@ -103,12 +106,21 @@ class QNetwork:
         module = cast(eqx.nn.Sequential, eqx.combine(self._unravel(params), self._static))
         return jax.vmap(module)(observations)
 
-    def layers(self, params: Params) -> dict[str, jax.Array]:
+    def pilot(self, params: FloatArray) -> "GreedyPilot":
+        """Flies these parameters [P] without exploring."""
+        return GreedyPilot(self, params)
+
+    def describe(self) -> dict[str, Any]:
+        """The network's config, by the key that a file of weights has it under."""
+        return {"network": asdict(self.config)}
+
+    def layers(self, params: Params | FloatArray) -> dict[str, jax.Array]:
         """Parameters by name: `layers.0.weight` [out, in], `layers.0.bias` [out], and so on.
 
         Of a normalisation `norms.0.weight`; of a dueling head `value.weight`, `advantage.weight`.
         """
-        return dict(zip(self._names(), jax.tree.leaves(self._unravel(params)), strict=True))
+        leaves = jax.tree.leaves(self._unravel(jnp.asarray(params)))
+        return dict(zip(self._names(), leaves, strict=True))
 
     def params_of(self, layers: Mapping[str, FloatArray]) -> NDArray[np.float32]:
         """Flat parameters from those that `layers` names.
@@ -140,6 +152,34 @@ class QNetwork:
                 number = counts[group] = counts.get(group, -1) + 1
                 names += [f"{group}.{number}.{kind}" for kind in _KINDS]
         return names
+
+
+class GreedyPilot:
+    """Flies a trained network without exploring.
+
+    Args:
+        network: the shape.
+        params: its flat parameters, [P].
+    """
+
+    def __init__(self, network: QNetwork, params: FloatArray) -> None:
+        self._params = jnp.asarray(params)
+        self._values = network.values
+
+    def act(self, observations: FloatArray) -> IntArray:
+        """The best action of each observation: [N, D] to [N].
+
+        Calls always have the same shape: one compilation serves all, and an action does not depend
+        on how many observations came along (another shape may round another way).
+        """
+        actions: list[IntArray] = []
+        for first in range(0, len(observations), _ROWS):
+            rows = observations[first : first + _ROWS]
+            padded = np.zeros((_ROWS, rows.shape[1]), np.float32)
+            padded[: len(rows)] = rows
+            q = cast(jax.Array, self._values(self._params, padded))
+            actions.append(np.asarray(q)[: len(rows)].argmax(axis=1))
+        return np.concatenate(actions)
 
 
 def _split(module: eqx.Module) -> tuple[Any, Any]:

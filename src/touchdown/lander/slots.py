@@ -1,23 +1,13 @@
 """Worlds side by side, each reset and stepped when its time comes: stock's or the engine's."""
 
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from touchdown.lander import env as lander
-from touchdown.lander.env import Engine
-from touchdown.types import FloatArray, IntArray
-
-
-class Steps(NamedTuple):
-    """What came of one step of n worlds."""
-
-    observations: FloatArray  # [n, D]
-    rewards: FloatArray  # [n]
-    terminated: NDArray[np.bool_]  # [n]
-    truncated: NDArray[np.bool_]  # [n]
+from touchdown.lander.env import Engine, Env
+from touchdown.types import FloatArray, IntArray, Steps
 
 
 class Slots(Protocol):
@@ -44,17 +34,25 @@ def make_slots(env_id: str, count: int, engine: Engine) -> Slots:
     """
     if engine == "exact" and lander.is_lander(env_id):
         return _ExactSlots(count)
-    return _StockSlots(env_id, count)
+    return StockSlots([lander.make(env_id).env for _ in range(count)])
 
 
-class _StockSlots:
-    def __init__(self, env_id: str, count: int) -> None:
-        self._envs = [lander.make(env_id).env for _ in range(count)]
+class StockSlots:
+    """Gymnasium's environments, each on its own.
+
+    Args:
+        envs: one for each slot.
+    """
+
+    def __init__(self, envs: Sequence[Env]) -> None:
+        self._envs = envs
 
     def reset(self, slot: int, seed: int) -> FloatArray:
+        """Start an episode; gives its first observation, [D]."""
         return self._envs[slot].reset(seed=seed)[0]
 
     def step(self, slots: Sequence[int], actions: IntArray) -> Steps:
+        """One step of some of them, in the order of `slots`."""
         stepped = [
             self._envs[slot].step(action)[:4]
             for slot, action in zip(slots, actions.tolist(), strict=True)
@@ -68,6 +66,7 @@ class _StockSlots:
         )
 
     def close(self) -> None:
+        """Close them all."""
         for env in self._envs:
             env.close()
 

@@ -15,6 +15,8 @@ class Experience(NamedTuple):
     discount_t: float
     o_t: FloatArray
     terminated: bool
+    a_t: int = 0
+    """The action taken after, where it was waited for."""
 
 
 class NStep:
@@ -26,13 +28,16 @@ class NStep:
     Args:
         n: steps, at least 1.
         gamma: γ.
+        waits: for the action after the last of the steps, which makes a transition whole one step
+            later (SARSA's five parts).
     """
 
-    def __init__(self, n: int, gamma: float) -> None:
+    def __init__(self, n: int, gamma: float, *, waits: bool = False) -> None:
         if n < 1:
             raise ValueError(f"n must be at least 1 step, got {n}")
         self._n = n
         self._gamma = gamma
+        self._waits = waits
         self._steps: deque[tuple[FloatArray, int, float]] = deque()
         self._last: FloatArray | None = None  # the observation after the newest step
 
@@ -40,26 +45,35 @@ class NStep:
         self, o_tm1: FloatArray, a_tm1: int, r_t: float, o_t: FloatArray, *, terminated: bool
     ) -> list[Experience]:
         """Take in one step; gives the transitions that are whole by it, the oldest first."""
-        if self._n > 1:  # they wait here, and their owner may write over them
+        if self._n > 1 or self._waits:  # they wait here, and their owner may write over them
             o_tm1, o_t = o_tm1.copy(), o_t.copy()
+        whole: list[Experience] = []
+        if self._waits and len(self._steps) == self._n:
+            whole.append(self._oldest(a_t=a_tm1))
         self._steps.append((o_tm1, a_tm1, r_t))
         self._last = o_t
         if terminated:
-            return self._drain(terminated=True)
-        return [self._oldest()] if len(self._steps) == self._n else []
+            return whole + self._drain(terminated=True)
+        if not self._waits and len(self._steps) == self._n:
+            whole.append(self._oldest())
+        return whole
 
-    def cut(self) -> list[Experience]:
-        """The episode was cut off after the newest step: the transitions that were under way."""
-        return self._drain(terminated=False)
+    def cut(self, a_t: int = 0) -> list[Experience]:
+        """The episode was cut off after the newest step: the transitions that were under way.
 
-    def _drain(self, *, terminated: bool) -> list[Experience]:
-        return [self._oldest(terminated=terminated) for _ in range(len(self._steps))]
+        Args:
+            a_t: the action that would have been taken next, for whoever waits for it.
+        """
+        return self._drain(terminated=False, a_t=a_t)
 
-    def _oldest(self, *, terminated: bool = False) -> Experience:
+    def _drain(self, *, terminated: bool, a_t: int = 0) -> list[Experience]:
+        return [self._oldest(terminated=terminated, a_t=a_t) for _ in range(len(self._steps))]
+
+    def _oldest(self, *, terminated: bool = False, a_t: int = 0) -> Experience:
         assert self._last is not None  # noqa: S101 - there is a step, so there is one after it
         total = 0.0
         for _, _, reward in reversed(self._steps):
             total = reward + self._gamma * total
         discount = 0.0 if terminated else self._gamma ** len(self._steps)
         o_tm1, a_tm1, _ = self._steps.popleft()
-        return Experience(o_tm1, a_tm1, total, discount, self._last, terminated)
+        return Experience(o_tm1, a_tm1, total, discount, self._last, terminated, a_t)

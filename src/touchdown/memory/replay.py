@@ -112,8 +112,8 @@ class Replay:
 
     def add(self, experience: Experience) -> None:
         """Store one transition, τ + 1 times if it is rewarded."""
-        o_tm1, a_tm1, r_t, discount_t, o_t, terminated = experience
-        record = (o_tm1, a_tm1, r_t, discount_t, terminated, o_t)
+        o_tm1, a_tm1, r_t, discount_t, o_t, terminated, a_t = experience
+        record = (o_tm1, a_tm1, r_t, discount_t, terminated, a_t, o_t)
         for _ in range(1 + self._resaves if r_t > self._threshold else 1):
             if self._priorities is not None:
                 self._priorities.begin(self._ring.added % self._ring.capacity)

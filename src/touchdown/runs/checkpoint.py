@@ -2,24 +2,22 @@
 
 import hashlib
 import shutil
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, cast
 
-import jax
 import numpy as np
 from numpy.typing import NDArray
 from safetensors.numpy import save
 
 from touchdown import files
-from touchdown.agents.dqn import DQNAgent
-from touchdown.agents.learner import LearnerState
+from touchdown.agents.agent import Agent
 from touchdown.errors import UserError, one_line
 from touchdown.files import Tensors
+from touchdown.runs.loop import Episode
 from touchdown.seeding import Streams
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,19 +29,6 @@ class Finalist:
     params: NDArray[np.float32]
 
 
-@dataclass(frozen=True, slots=True)
-class Midway:
-    """An episode under way."""
-
-    actions: tuple[int, ...]
-    """Taken since its start: the world is deterministic, and comes to the same place by them."""
-    observation: NDArray[np.float32]
-    """The latest, [D], to see that it did."""
-    epsilon: float
-    next_q: NDArray[np.float32] | None
-    """Q(s,·) of the latest observation, [A], if the agent has it already."""
-
-
 @dataclass(slots=True)
 class Progress:
     """Where a run stands, beside what the agent knows."""
@@ -51,15 +36,23 @@ class Progress:
     episodes: int = 0
     next_validation: int = 0
     seconds: float = 0.0
+    trained: bool = False
+    """The budget is spent; what is left is the choice."""
     finished: bool = False
-    midway: Midway | None = None
-    """None at the end of an episode."""
+    underway: list[Episode] = field(default_factory=list[Episode])
+    """As restored: in each world what it was in the midst of. The world is deterministic, and comes
+    to the same place by the same actions."""
     finalists: list[Finalist] = field(default_factory=list[Finalist])
     record_sizes: dict[str, int] = field(default_factory=dict[str, int])
 
 
 def save_checkpoint(
-    folder: Path, digest: str, agent: DQNAgent, streams: Streams, progress: Progress
+    folder: Path,
+    digest: str,
+    agent: Agent,
+    streams: Streams,
+    progress: Progress,
+    episodes: Sequence[Episode],
 ) -> Path:
     """Write the next checkpoint, `folder/<number>/`, in one rename, then remove the older ones.
 
@@ -67,17 +60,10 @@ def save_checkpoint(
         OSError: it cannot be written; the checkpoint before stays.
     """
     tensors = {
-        "learner": _learner_tensors(agent.state),
-        "memory": agent.memory.tensors(),
+        **agent.tensors(),
         "finalists": {str(f.observations): f.params for f in progress.finalists},
+        "underway": _underway_tensors(episodes),
     }
-    midway = progress.midway
-    if midway is not None:
-        tensors["midway"] = {
-            "actions": np.array(midway.actions, np.int32),
-            "observation": midway.observation,
-            **({} if midway.next_q is None else {"next_q": midway.next_q}),
-        }
     newest = newest_checkpoint(folder)
     path = folder / f"{int(newest.name) + 1 if newest else 0:08d}"
 
@@ -91,13 +77,12 @@ def save_checkpoint(
             "format_version": FORMAT_VERSION,
             "config_digest": digest,
             "episodes": progress.episodes,
-            "observations": agent.observations,
-            "updates": agent.updates,
+            "agent": agent.facts(),
             "next_validation": progress.next_validation,
             "seconds": progress.seconds,
+            "trained": progress.trained,
             "finished": progress.finished,
-            "midway": midway and {"epsilon": midway.epsilon},
-            "memory_added": agent.memory.ring.added,
+            "underway": [episode.number for episode in episodes],
             "finalists": [
                 {"observations": f.observations, "validation_return": f.validation_return}
                 for f in progress.finalists
@@ -122,7 +107,7 @@ def newest_checkpoint(folder: Path) -> Path | None:
     return max(_checkpoints(folder), default=None)
 
 
-def restore_checkpoint(path: Path, digest: str, agent: DQNAgent, streams: Streams) -> Progress:
+def restore_checkpoint(path: Path, digest: str, agent: Agent, streams: Streams) -> Progress:
     """Put a checkpoint into a fresh agent and its streams.
 
     Raises:
@@ -140,14 +125,10 @@ def restore_checkpoint(path: Path, digest: str, agent: DQNAgent, streams: Stream
         )
     try:
         groups = {
-            name: files.read_tensors(path / f"{name}.safetensors", state["sha256"][name])[0]
-            for name in ("learner", "memory", "finalists", "midway")
-            if name != "midway" or state.get("midway") is not None
+            name: files.read_tensors(path / f"{name}.safetensors", digest)[0]
+            for name, digest in state["sha256"].items()
         }
-        agent.state = _learner_from(agent.state, groups["learner"])
-        agent.memory.restore(groups["memory"], state["memory_added"])
-        agent.observations = state["observations"]
-        agent.updates = state["updates"]
+        agent.restore(groups, state["agent"])
         for name, generator in streams._asdict().items():
             generator.bit_generator.state = state["streams"][name]
         finalists = [
@@ -162,8 +143,12 @@ def restore_checkpoint(path: Path, digest: str, agent: DQNAgent, streams: Stream
             episodes=state["episodes"],
             next_validation=state["next_validation"],
             seconds=state["seconds"],
+            trained=state["trained"],
             finished=state["finished"],
-            midway=_midway(state["midway"], groups["midway"]) if "midway" in groups else None,
+            underway=[
+                _episode_from(number, slot, groups["underway"])
+                for slot, number in enumerate(state["underway"])
+            ],
             finalists=finalists,
             record_sizes=dict(state["record_sizes"]),
         )
@@ -171,34 +156,17 @@ def restore_checkpoint(path: Path, digest: str, agent: DQNAgent, streams: Stream
         raise UserError(f"{path}: not a checkpoint of this run: {one_line(error)}") from None
 
 
-def _midway(facts: Mapping[str, Any], tensors: Tensors) -> Midway:
-    actions = tuple(tensors["actions"].tolist())
-    epsilon = float(facts["epsilon"])
-    return Midway(actions, tensors["observation"], epsilon, tensors.get("next_q"))
+def _underway_tensors(episodes: Sequence[Episode]) -> Tensors:
+    tensors: Tensors = {}
+    for slot, episode in enumerate(episodes):
+        tensors[f"{slot}.actions"] = np.array(episode.actions, np.int32)
+        tensors[f"{slot}.observation"] = np.array(episode.observation, np.float32)
+    return tensors
 
 
-def _learner_tensors(state: LearnerState) -> Tensors:
-    return {name: np.array(leaf) for name, leaf in _named_leaves(state).items()}
-
-
-def _learner_from(like: LearnerState, tensors: Mapping[str, NDArray[Any]]) -> LearnerState:
-    named = _named_leaves(like)
-    if named.keys() != tensors.keys():
-        raise ValueError(f"it holds {sorted(tensors)}, the learner needs {sorted(named)}")
-    leaves: list[jax.Array] = []
-    for name, leaf in named.items():
-        value = tensors[name]
-        if value.shape != leaf.shape or value.dtype != leaf.dtype:
-            raise ValueError(
-                f"{name} is {value.dtype}{value.shape}, must be {leaf.dtype}{leaf.shape}"
-            )
-        leaves.append(jax.numpy.array(value))
-    return cast(LearnerState, jax.tree.unflatten(cast(Any, jax.tree.structure(like)), leaves))
-
-
-def _named_leaves(state: LearnerState) -> dict[str, jax.Array]:
-    leaves = cast(list[tuple[Any, jax.Array]], jax.tree.leaves_with_path(state))
-    return {jax.tree_util.keystr(path).lstrip("."): leaf for path, leaf in leaves}
+def _episode_from(number: int, slot: int, tensors: Tensors) -> Episode:
+    actions = tensors[f"{slot}.actions"].tolist()
+    return Episode(number, tensors[f"{slot}.observation"], actions)
 
 
 def _checkpoints(folder: Path) -> list[Path]:

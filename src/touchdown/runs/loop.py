@@ -1,59 +1,91 @@
-"""The loop of agent and world, as a generator of steps."""
+"""The loop of agent and worlds, as a generator of steps."""
 
 from collections.abc import Callable, Iterator
-from itertools import count
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from touchdown.agents.dqn import DQNAgent
-from touchdown.agents.learner import Metrics
-from touchdown.lander.env import Env
-from touchdown.types import FloatArray
+import numpy as np
+
+from touchdown.agents.agent import Agent
+from touchdown.lander.slots import Slots
+from touchdown.types import FloatArray, IntArray, Steps
 
 
-class Step(NamedTuple):
-    """One step of the world and what the agent made of it."""
+@dataclass(slots=True)
+class Episode:
+    """One episode under way, or just ended."""
 
-    episode: int
-    action: int
-    reward: float
-    terminated: bool
-    truncated: bool
-    o_t: FloatArray
-    metrics: Metrics | None
+    number: int
+    observation: FloatArray
+    """The latest, [D]."""
+    actions: list[int] = field(default_factory=list[int])
+    """Taken since its start."""
+    episode_return: float = 0.0
+
+
+class Moment(NamedTuple):
+    """One step of all worlds and what the agent made of it."""
+
+    actions: IntArray
+    """[N]"""
+    steps: Steps
+    epsilon: float
+    """That the actions were chosen with."""
+    ended: list[Episode]
+    """Episodes that ended, in the order of their worlds."""
+    metrics: dict[str, float] | None
+
+
+def begin(slots: Slots, start_of: Callable[[int], int], num_envs: int) -> list[Episode]:
+    """The first episode of each world.
+
+    Args:
+        slots: the worlds.
+        start_of: the environment seed of an episode.
+        num_envs: how many.
+    """
+    return [Episode(slot, slots.reset(slot, start_of(slot))) for slot in range(num_envs)]
 
 
 def interact(
-    agent: DQNAgent,
-    env: Env,
+    agent: Agent,
+    slots: Slots,
     start_of: Callable[[int], int],
-    first_episode: int = 0,
-    underway: FloatArray | None = None,
-) -> Iterator[Step]:
+    episodes: list[Episode],
+) -> Iterator[Moment]:
     """Algorithm 2's two loops, without end: whoever wants to know listens to the steps.
 
     Args:
         agent: acts, remembers and learns.
-        env: with the Gymnasium interface.
+        slots: worlds side by side.
         start_of: the environment seed of an episode.
-        first_episode: number of the first episode flown.
-        underway: the latest observation, if that episode has begun already.
+        episodes: what is under way in each world, [N]; kept up to date between two steps.
     """
-    for episode in count(first_episode):
-        if underway is None:
-            observation, _ = env.reset(seed=start_of(episode))
-            agent.begin_episode(episode)
-        else:
-            observation, underway = underway, None
-        ended = False
-        while not ended:
-            action = agent.act(observation)
-            o_t, reward, terminated, truncated, _ = env.step(action)
-            metrics = agent.observe(
-                observation, action, float(reward), o_t, terminated=bool(terminated)
-            )
-            observation = o_t
-            ended = terminated or truncated
-            if truncated and not terminated:
-                agent.cut()
-            ends = bool(terminated), bool(truncated)
-            yield Step(episode, action, float(reward), *ends, o_t, metrics)
+    everyone = range(len(episodes))
+    observations = np.stack([episode.observation for episode in episodes])
+    while True:
+        epsilon = agent.epsilon
+        actions = agent.act(observations)
+        steps = slots.step(everyone, actions)
+        for slot, (action, reward) in enumerate(
+            zip(actions.tolist(), steps.rewards.tolist(), strict=True)
+        ):
+            episode = episodes[slot]
+            episode.observation = steps.observations[slot]
+            episode.actions.append(action)
+            episode.episode_return += reward
+        following = steps.observations
+        ended: list[Episode] = []
+        over = np.flatnonzero(steps.ended).tolist()
+        if over:
+            following = following.copy()
+        for slot in over:
+            ended.append(episodes[slot])
+            number = max(episode.number for episode in episodes) + 1
+            following[slot] = slots.reset(slot, start_of(number))
+            episodes[slot] = Episode(number, following[slot])
+        metrics = agent.observe(observations, actions, steps, following)
+        for slot in over:
+            agent.begin_episode(episodes[slot].number - len(episodes) + 1)
+        observations = following
+        yield Moment(actions, steps, epsilon, ended, metrics)

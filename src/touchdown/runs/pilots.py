@@ -3,19 +3,18 @@
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 import gymnasium
-import jax.numpy as jnp
 import numpy as np
 from safetensors.numpy import save
 
 from touchdown import config as configs
 from touchdown import files
-from touchdown.agents.dqn import GreedyPilot
+from touchdown.agents.agent import Model
 from touchdown.agents.networks import QNetwork
 from touchdown.config import Config, NetworkConfig
 from touchdown.control.pid import PIDConfig, PIDPilot, Rule
@@ -142,8 +141,8 @@ def load_run(folder: RunFolder) -> NamedPilot:
 
 def save_weights(
     path: Path,
-    network: QNetwork,
-    params: np.ndarray[Any, np.dtype[np.float32]],
+    model: Model,
+    params: FloatArray,
     facts: Mapping[str, Any],
     config: Config,
 ) -> None:
@@ -151,16 +150,16 @@ def save_weights(
 
     Args:
         path: of the file.
-        network: the shape.
+        model: what the parameters are of.
         params: flat, [P].
         facts: numbers to keep beside the weights, such as the validation return.
         config: of the run that they come from.
     """
-    tensors = {name: np.array(value) for name, value in network.layers(jnp.asarray(params)).items()}
+    tensors = {name: np.array(value) for name, value in model.layers(params).items()}
     metadata = {
         "format_version": str(WEIGHTS_FORMAT_VERSION),
         "env_id": config.env_id,
-        "network": json.dumps(asdict(network.config)),
+        **{name: json.dumps(value) for name, value in model.describe().items()},
         "preset": config.preset,
         "seed": str(config.seed),
         "facts": json.dumps(facts),
@@ -197,7 +196,7 @@ def load_weights(path: Path) -> NamedPilot:
         raise UserError(
             f"{path}: not a pilot's weights for env_id {env_id!r}: {one_line(error)}"
         ) from None
-    return NamedPilot(path.stem, GreedyPilot(network, params), env_id)
+    return NamedPilot(path.stem, network.pilot(params), env_id)
 
 
 def facts_of(path: Path) -> dict[str, Any]:

@@ -9,20 +9,21 @@ from typing import Any
 import numpy as np
 
 from touchdown import files
-from touchdown.agents.dqn import DQNAgent, GreedyPilot, Spaces
-from touchdown.agents.learner import Metrics
+from touchdown.agents.agent import Agent, Spaces
+from touchdown.agents.build import make_agent
 from touchdown.config import Config
 from touchdown.errors import Interrupted, UserError
 from touchdown.lander import env as lander
+from touchdown.lander.slots import make_slots
 from touchdown.runs import checkpoint, pilots
 from touchdown.runs import folder as folders
 from touchdown.runs.checkpoint import Finalist
 from touchdown.runs.evaluate import Fleet
 from touchdown.runs.folder import RunFolder
-from touchdown.runs.loop import interact
+from touchdown.runs.loop import Episode, Moment, begin, interact
 from touchdown.runs.record import Recorder
 from touchdown.seeding import VALIDATION_STARTS, streams, training_start
-from touchdown.types import FloatArray
+from touchdown.types import Outcome
 
 RECENT = 100  # episodes that "recent" means, as everywhere in the field
 _STEPS_BETWEEN_LOOKS = 50
@@ -57,6 +58,33 @@ class _Budget:
         if self._observations:
             share = max(share, observations / self._observations)
         return min(1.0, share)
+
+
+class _Pace:
+    """How fast training goes, from where it began or was gone on with."""
+
+    def __init__(self, budget: _Budget, progress: checkpoint.Progress, observations: int) -> None:
+        self._budget = budget
+        self._began = time.monotonic()
+        self._seconds_before = progress.seconds
+        self._observations_before = observations
+        self._done_before = budget.done(progress.episodes, observations)
+
+    def seconds(self) -> float:
+        """Of training, those before a resume included."""
+        return self._seconds_before + time.monotonic() - self._began
+
+    def steps_per_second(self, observations: int) -> float:
+        """Observations a second since it began."""
+        return (observations - self._observations_before) / (time.monotonic() - self._began)
+
+    def done_and_left(self, episodes: int, observations: int) -> tuple[float, float]:
+        """The share that is done, and the seconds that the rest will take."""
+        done = self._budget.done(episodes, observations)
+        gained = done - self._done_before
+        if done >= 1 or gained <= 0:
+            return done, 0.0
+        return done, (1 - done) * (time.monotonic() - self._began) / gained
 
 
 class Trainer:
@@ -94,11 +122,13 @@ class Trainer:
         """Make the agent and the world, go on from the last checkpoint, and open the records."""
         folder, config = self._folder, self._config
         engine = lander.engine_in_use()
-        self._world = lander.make(config.env_id, engine=engine)
-        resources.callback(self._world.env.close)
+        world = lander.make(config.env_id, engine=engine)
+        world.env.close()
+        self._slots = make_slots(config.env_id, config.training.num_envs, engine)
+        resources.callback(self._slots.close)
         self._streams = streams(config.seed)
-        spaces = Spaces(self._world.observation_size, self._world.num_actions)
-        self._agent = DQNAgent(config, spaces, self._streams)
+        spaces = Spaces(world.observation_size, world.num_actions)
+        self._agent: Agent = make_agent(config, spaces, self._streams)
         self._budget = _Budget(config)
         self._progress = checkpoint.Progress(next_validation=config.training.validation_period)
         files.remove_temporaries([folder.path, folder.checkpoints])
@@ -116,6 +146,7 @@ class Trainer:
         self._recent_returns = [float(row["episode_return"]) for row in rows]
         self._recent_timed_out = [row["outcome"] == "timed out" for row in rows]
         self._last_loss: float | None = None
+        self._episodes: list[Episode] = []
 
     def _check_records(self) -> None:
         for name, size in self._progress.record_sizes.items():
@@ -138,99 +169,102 @@ class Trainer:
         """
         if self._progress.finished and self._folder.best.is_file():
             return
-        if self._progress.midway is not None or not self._trained():
+        if not self._progress.trained:
             self._train()
         self._choose()
 
-    def _trained(self) -> bool:
-        return self._budget.done(self._progress.episodes, self._agent.observations) >= 1
-
     def _train(self) -> None:
-        progress, config = self._progress, self._config
-        began = last_saved = time.monotonic()
-        before, steps_before = progress.seconds, self._agent.observations
-        share_before = self._budget.done(progress.episodes, steps_before)
-        episode_return, actions, underway = self._go_on()
-        for step in interact(
-            self._agent,
-            self._world.env,
-            lambda episode: training_start(config.seed, episode),
-            progress.episodes,
-            underway,
-        ):
-            episode_return += step.reward
-            actions.append(step.action)
-            if step.metrics is not None:
-                self._record_update(step.metrics)
-            if not (step.terminated or step.truncated):
-                if len(actions) % _STEPS_BETWEEN_LOOKS == 0 and self._should_stop():
-                    progress.seconds = before + time.monotonic() - began
-                    progress.midway = checkpoint.Midway(
-                        tuple(actions), np.asarray(step.o_t, np.float32), *self._agent.mood()
-                    )
-                    self._save()
-                    raise Interrupted
+        progress, period = self._progress, self._config.training.checkpoint_seconds
+        pace = _Pace(self._budget, progress, self._agent.observations)
+        last_saved = time.monotonic()
+        self._episodes = self._go_on()
+        for moment in interact(self._agent, self._slots, self._start_of, self._episodes):
+            observations = self._agent.observations
+            if moment.metrics is not None:
+                self._record_update(moment.metrics)
+            for episode, outcome in self._ended(moment):
+                progress.seconds = pace.seconds()
+                progress.episodes += 1
+                self._record_episode(episode, outcome, moment.epsilon)
+                self._on_status(self._status(episode, moment, pace))
+            if moment.ended:
+                progress.trained = self._budget.done(progress.episodes, observations) >= 1
+                if observations >= progress.next_validation or progress.trained:
+                    self._validate()
+            elif len(self._episodes[0].actions) % _STEPS_BETWEEN_LOOKS:
                 continue
-            outcome = lander.outcome_of(
-                config.env_id, step.o_t, step.reward, terminated=step.terminated
-            )
-            now = time.monotonic()
-            progress.seconds = before + now - began
-            progress.episodes += 1
-            self._record_episode(episode_return, len(actions), outcome)
-            share = self._budget.done(progress.episodes, self._agent.observations)
-            rate = (share - share_before) / (now - began)
-            self._on_status(
-                Status(
-                    episode=progress.episodes,
-                    observations=self._agent.observations,
-                    episode_return=episode_return,
-                    recent_return=float(np.mean(self._recent_returns)),
-                    epsilon=self._agent.epsilon,
-                    loss=self._last_loss,
-                    recent_time_limit_share=float(np.mean(self._recent_timed_out)),
-                    steps_per_second=(self._agent.observations - steps_before) / (now - began),
-                    share_done=share,
-                    seconds_left=(1 - share) / rate if share < 1 else 0.0,
-                )
-            )
-            episode_return, actions = 0.0, []
-            if self._agent.observations >= progress.next_validation or share >= 1:
-                self._validate()
             stop = self._should_stop()
-            saved_long_ago = now - last_saved >= config.training.checkpoint_seconds
-            if stop or share >= 1 or saved_long_ago:
+            due = moment.ended and time.monotonic() - last_saved >= period
+            if stop or progress.trained or due:
+                progress.seconds = pace.seconds()
                 self._save()
                 last_saved = time.monotonic()
             if stop:
                 raise Interrupted
-            if share >= 1:
+            if progress.trained:
                 return
 
-    def _go_on(self) -> tuple[float, list[int], FloatArray | None]:
-        """Return, actions and latest observation of an episode under way, if there is one."""
-        midway = self._progress.midway
-        self._progress.midway = None
-        if midway is None:
-            return 0.0, [], None
-        env = self._world.env
-        observation, _ = env.reset(seed=training_start(self._config.seed, self._progress.episodes))
-        episode_return = 0.0
-        for action in midway.actions:
-            before = observation
-            observation, reward, terminated, truncated, _ = env.step(action)
-            if terminated or truncated:
+    def _status(self, episode: Episode, moment: Moment, pace: _Pace) -> Status:
+        observations = self._agent.observations
+        done, left = pace.done_and_left(self._progress.episodes, observations)
+        return Status(
+            episode=self._progress.episodes,
+            observations=observations,
+            episode_return=episode.episode_return,
+            recent_return=float(np.mean(self._recent_returns)),
+            epsilon=moment.epsilon,
+            loss=self._last_loss,
+            recent_time_limit_share=float(np.mean(self._recent_timed_out)),
+            steps_per_second=pace.steps_per_second(observations),
+            share_done=done,
+            seconds_left=left,
+        )
+
+    def _start_of(self, episode: int) -> int:
+        return training_start(self._config.seed, episode)
+
+    def _ended(self, moment: Moment) -> list[tuple[Episode, Outcome]]:
+        steps = moment.steps
+        outcomes: list[Outcome] = [
+            lander.outcome_of(
+                self._config.env_id,
+                steps.observations[slot],
+                float(steps.rewards[slot]),
+                terminated=bool(steps.terminated[slot]),
+            )
+            for slot in np.flatnonzero(steps.ended)
+        ]
+        return list(zip(moment.ended, outcomes, strict=True))
+
+    def _go_on(self) -> list[Episode]:
+        """Every world's episode: the first, or what was under way at the last checkpoint."""
+        underway = self._progress.underway
+        if not underway:
+            self._agent.begin_episode(0)
+            return begin(self._slots, self._start_of, self._config.training.num_envs)
+        return [self._flown_again(slot, saved) for slot, saved in enumerate(underway)]
+
+    def _flown_again(self, slot: int, saved: Episode) -> Episode:
+        """An episode that was under way, brought to where it was by the actions it took."""
+        observation = self._slots.reset(slot, self._start_of(saved.number))
+        episode = Episode(saved.number, observation)
+        for action in saved.actions:
+            steps = self._slots.step([slot], np.array([action]))
+            if steps.ended[0]:
                 break
-            self._agent.recall(before, action, float(reward), observation)
-            episode_return += float(reward)
-        if np.asarray(observation, np.float32).tobytes() != midway.observation.tobytes():
+            before, episode.observation = episode.observation, steps.observations[0]
+            reward = float(steps.rewards[0])
+            self._agent.recall(slot, before, action, reward, episode.observation)
+            episode.actions.append(action)
+            episode.episode_return += reward
+        same = np.asarray(episode.observation, np.float32).tobytes() == saved.observation.tobytes()
+        if saved.actions and not same:
             raise UserError(
                 f"{self._folder.checkpoints}: saved in mid-flight, and {self._config.env_id} flown "
                 "again does not come to the same place: another machine or version, or a world "
                 "of chance"
             )
-        self._agent.restore_mood(midway.epsilon, midway.next_q)
-        return episode_return, list(midway.actions), observation
+        return episode
 
     def _save(self) -> None:
         self._progress.record_sizes = self._recorder.sizes()
@@ -240,10 +274,12 @@ class Trainer:
             self._agent,
             self._streams,
             self._progress,
+            self._episodes,
         )
 
-    def _record_episode(self, episode_return: float, steps: int, outcome: str) -> None:
+    def _record_episode(self, episode: Episode, outcome: Outcome, epsilon: float) -> None:
         agent, progress = self._agent, self._progress
+        episode_return, steps = episode.episode_return, len(episode.actions)
         self._recent_returns = [*self._recent_returns[1 - RECENT :], episode_return]
         self._recent_timed_out = [*self._recent_timed_out[1 - RECENT :], outcome == "timed out"]
         row = {
@@ -252,40 +288,30 @@ class Trainer:
             "episode_return": episode_return,
             "steps": steps,
             "outcome": outcome,
-            "epsilon": agent.epsilon,
+            "epsilon": epsilon,
             "seconds": round(progress.seconds, 3),
         }
         scalars = {
             "rollout/ep_rew": episode_return,
             "rollout/ep_rew_mean": float(np.mean(self._recent_returns)),
             "rollout/ep_len": float(steps),
-            "rollout/exploration_rate": agent.epsilon,
+            "rollout/exploration_rate": epsilon,
             "rollout/time_limit_share": float(np.mean(self._recent_timed_out)),
             "time/fps": agent.observations / max(progress.seconds, 1e-9),
         }
         self._recorder.write(self._folder.episodes, row, scalars)
 
-    def _record_update(self, metrics: Metrics) -> None:
+    def _record_update(self, metrics: dict[str, float]) -> None:
         agent = self._agent
-        scale = self._config.learning.reward_scale
-        shares = agent.memory.shares()
-        self._last_loss = float(metrics.loss)
-        numbers = {
-            "loss": self._last_loss,
-            "mean_q": float(metrics.mean_q) / scale,
-            "max_q": float(metrics.max_q) / scale,
-            "gradient_norm": float(metrics.gradient_norm),
-            "rewarded_share": shares.rewarded,
-            "terminal_share": shares.terminal,
-        }
-        if not all(np.isfinite(value) for value in numbers.values()):
+        self._last_loss = metrics["loss"]
+        if not all(np.isfinite(value) for value in metrics.values()):
             raise UserError(
                 f"learning_rate = {self._config.learning.learning_rate}: training diverged at "
-                f"update {agent.updates} (loss {numbers['loss']}, mean Q {numbers['mean_q']}); "
+                f"update {agent.updates} (loss {metrics['loss']}, mean Q {metrics['mean_q']}); "
                 "a lower learning_rate, a max_grad_norm or a smaller reward_scale would help"
             )
-        row = {"update": agent.updates, "observations": agent.observations, **numbers}
-        scalars = {f"train/{name}": value for name, value in numbers.items()}
+        row = {"update": agent.updates, "observations": agent.observations, **metrics}
+        scalars = {f"train/{name}": value for name, value in metrics.items()}
         self._recorder.write(self._folder.updates, row, scalars)
 
     def _validate(self) -> None:
@@ -295,7 +321,8 @@ class Trainer:
             observations // training.validation_period + 1
         ) * training.validation_period
         starts = VALIDATION_STARTS[: training.validation_episodes]
-        results = self._fleet.fly(self._agent.pilot(), starts)
+        params = self._agent.params()
+        results = self._fleet.fly(self._agent.model.pilot(params), starts)
         returns = [result.episode_return for result in results]
         mean = float(np.mean(returns))
         row = {
@@ -306,7 +333,6 @@ class Trainer:
             "time_limit_share": float(np.mean([r.outcome == "timed out" for r in results])),
         }
         self._recorder.write(self._folder.validations, row, {"eval/mean_reward": mean})
-        params = np.array(self._agent.state.online_params)
         best_so_far = max((f.validation_return for f in progress.finalists), default=-np.inf)
         finalists = [*progress.finalists, Finalist(observations, mean, params)]
         # the earlier of two equals first: sorting is stable
@@ -326,7 +352,7 @@ class Trainer:
         )
         means: list[float] = []
         for finalist in progress.finalists:
-            pilot = GreedyPilot(self._agent.network, finalist.params)
+            pilot = self._agent.model.pilot(finalist.params)
             results = self._fleet.fly(pilot, starts, self._on_flight)
             means.append(float(np.mean([result.episode_return for result in results])))
             if self._should_stop():
@@ -343,7 +369,7 @@ class Trainer:
     def _write_best(self, finalist: Finalist, facts: dict[str, Any]) -> None:
         pilots.save_weights(
             self._folder.best,
-            self._agent.network,
+            self._agent.model,
             finalist.params,
             {"observations": finalist.observations, **facts},
             self._config,

@@ -1,0 +1,38 @@
+"""One world, one step: what tests say of agents that act in many side by side."""
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from touchdown.agents.agent import Agent
+from touchdown.lander.slots import StockSlots
+from touchdown.runs.loop import Moment, begin, interact
+from touchdown.types import Steps
+
+
+def observe(
+    agent: Agent,
+    o_tm1: np.ndarray,
+    a_tm1: int,
+    r_t: float,
+    o_t: np.ndarray,
+    *,
+    terminated: bool = False,
+    truncated: bool = False,
+    following: np.ndarray | None = None,
+) -> dict[str, float] | None:
+    steps = Steps(o_t[None], np.array([r_t]), np.array([terminated]), np.array([truncated]))
+    then = o_t if following is None else following
+    return agent.observe(o_tm1[None], np.array([a_tm1]), steps, then[None])
+
+
+def act(agent: Agent, observation: np.ndarray) -> int:
+    return int(agent.act(observation[None])[0])
+
+
+def fly(agent: Agent, *envs: Any, start_of: Callable[[int], int] = int) -> Iterator[Moment]:
+    """The loop over these worlds from their first episodes on."""
+    slots = StockSlots(envs)
+    agent.begin_episode(0)
+    return interact(agent, slots, start_of, begin(slots, start_of, len(envs)))
