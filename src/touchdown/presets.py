@@ -98,3 +98,8 @@ def preset(name: str) -> Config:
     if name not in PRESETS:
         raise UserError(f"preset {name!r}: unknown; choose one of {', '.join(PRESETS)}")
     return PRESETS[name]
+
+
+def on_the_lander(name: str) -> bool:
+    """Whether the preset is meant for the lander."""
+    return PRESETS[name].env_id == "LunarLander-v3"

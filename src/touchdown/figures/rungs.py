@@ -1,0 +1,67 @@
+"""Learning curves of variants over several training seeds, with the interval of their mean."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import EngFormatter
+from scipy import stats
+
+from touchdown.figures import style
+from touchdown.types import FloatArray
+
+Curve = tuple[Sequence[float], Sequence[float]]
+"""Observations at which a run was validated, rising, and the mean returns."""
+
+_COLOURS = (style.MUTED, style.BLUE, style.ORANGE, style.GREEN, style.PURPLE)
+_POINTS = 200
+
+
+def mean_and_interval(curves: Sequence[Curve]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Where all curves reach: observations, their mean, half the 95% interval by Student's t.
+
+    Args:
+        curves: one a training seed; validations do not fall on the same observations, so each is
+            read off its line.
+    """
+    first, last = (edge(c[0][i] for c in curves) for edge, i in ((max, 0), (min, -1)))
+    at = np.linspace(first, last, _POINTS)
+    values = np.array([np.interp(at, *curve) for curve in curves])
+    if len(curves) < 2:
+        return at, values[0], np.zeros(_POINTS)
+    width = float(stats.t.ppf(0.975, len(curves) - 1)) / len(curves) ** 0.5
+    return at, values.mean(axis=0), width * values.std(axis=0, ddof=1)
+
+
+def draw_rungs(ax: Axes, curves: Mapping[str, Sequence[Curve]], solved: float = 200.0) -> Axes:
+    """Mean validation return over observations of each variant, shaded by its interval.
+
+    Args:
+        ax: to draw on.
+        curves: by the variant's name; the first is what the others are beside.
+        solved: return that counts as solved.
+    """
+    for (name, runs), colour in zip(curves.items(), _COLOURS, strict=False):
+        at, mean, half = mean_and_interval(runs)
+        ax.fill_between(at, mean - half, mean + half, color=colour, alpha=0.18, linewidth=0)
+        ax.plot(at, mean, color=colour, linewidth=1.8, label=f"{name}, {len(runs)} seeds")
+    ax.axhline(solved, color=style.MUTED, linewidth=1, linestyle=(0, (4, 3)), zorder=1)
+    ax.set_ylim(-400, 300)
+    ax.set_ylabel("validation return, greedy")
+    ax.set_xlabel("observations")
+    ax.xaxis.set_major_formatter(EngFormatter(sep=""))
+    ax.set_xlim(left=0)
+    style.legend_above(ax)
+    return style.tidy(ax)
+
+
+def save_rungs(path: Path, curves: Mapping[str, Sequence[Curve]]) -> None:
+    """Draw the curves and write them as PNG.
+
+    Raises:
+        UserError: the file cannot be written.
+    """
+    figure = style.new_figure(7.2, 3.6)
+    draw_rungs(figure.subplots(), curves)
+    style.save(figure, path)
