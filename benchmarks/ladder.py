@@ -95,9 +95,8 @@ def draw(rungs: Sequence[str], seeds: Sequence[int], runs: Path, out: Path) -> N
     curves = {rung: curves_of(finished(rung, seeds, runs)) for rung in rungs}
     for rung in rungs:
         if len(curves[rung]):
-            shown = {
-                name: curves[name] for name in dict.fromkeys(("pilot", rung)) if name in curves
-            }
+            beside = dict.fromkeys(("pilot", rung))
+            shown = {name: curves[name] for name in beside if name in curves}
             figure.save_rungs(out / f"{rung}.png", shown)
 
 

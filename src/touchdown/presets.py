@@ -64,6 +64,14 @@ PRESETS.update(
             _PILOT, preset="dueling-dqn", network=replace(_PILOT.network, dueling=True)
         ),
         "qr-dqn": replace(_PILOT, preset="qr-dqn", network=replace(_PILOT.network, quantiles=32)),
+        "polyak-dqn": replace(
+            _PILOT,
+            preset="polyak-dqn",
+            learning=replace(_PILOT.learning, target_period=0, polyak=0.005),
+        ),
+        "layer-norm-dqn": replace(
+            _PILOT, preset="layer-norm-dqn", network=replace(_PILOT.network, layer_norm=True)
+        ),
         "n-step-dqn": replace(
             _PILOT, preset="n-step-dqn", learning=replace(_PILOT.learning, n_step=3)
         ),
@@ -84,6 +92,8 @@ SECTIONS_OF_THE_PAPER = {
     "double-dqn": "`pilot` with double Q-learning (van Hasselt et al., 2016)",
     "dueling-dqn": "`pilot` with a dueling head (Wang et al., 2016)",
     "qr-dqn": "`pilot` with 32 quantiles of each action's return (Dabney et al., 2018)",
+    "polyak-dqn": "`pilot` with a target network that follows (Lillicrap et al., 2016)",
+    "layer-norm-dqn": "`pilot` with layer normalisation (Ba, Kiros & Hinton, 2016)",
     "n-step-dqn": "`pilot` with returns of 3 steps (Sutton, 1988)",
     "prioritized-dqn": "`pilot` with prioritized replay (Schaul et al., 2016)",
 }
