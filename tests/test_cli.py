@@ -196,7 +196,7 @@ def test_an_effective_config_fed_back_is_the_same_config(tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("gamma = 0.9\n", "unknown field 'gamma'; known: preset, seed, env_id, network"),
+        ("gamma = 0.9\n", "unknown field 'gamma'; known: preset, seed, env_id, algorithm"),
         ("[learning]\ngama = 0.9\n", "[learning]: unknown field 'gama'; known: gamma"),
         ("[learning]\ngamma = 'x'\n", "[learning]: gamma = 'x': must be a number"),
         ("[learning]\ngamma = 2\n", "[learning]: gamma = 2.0: must be from 0 to 1"),

@@ -18,6 +18,7 @@ from touchdown.config import (
     LearningConfig,
     NetworkConfig,
     ReplayConfig,
+    TableConfig,
     TrainingConfig,
     from_toml,
     from_values,
@@ -158,7 +159,9 @@ def other_value(kind: Any, value: Any) -> Any:
         return value + 1
     if kind is float:
         return value + 0.001
-    return "CartPole-v1" if kind is str else [*value, 7]
+    if kind is str:
+        return "CartPole-v1"
+    return [value[0] + 1, *value[1:]] if value else [7]
 
 
 def places() -> list[tuple[str | None, str]]:
@@ -175,7 +178,13 @@ def test_digest_changes_with_every_field_but_the_label(section: str | None, name
     learning = LearningConfig(target_period=9 if name == "double" else 0)
     if name == "quantiles":  # they go with no other loss
         learning = dataclasses.replace(learning, loss="huber")
-    config = Config(exploration=ExplorationConfig(epsilon_start=0.5), learning=learning)
+    cut = TableConfig(bins=(3,), bins_low=(0,), bins_high=(5,))
+    config = Config(
+        exploration=ExplorationConfig(epsilon_start=0.5),
+        learning=learning,
+        algorithm={"table": "tabular", "rollout": "pqn"}.get(section or "", "dqn"),
+        table=cut if section == "table" else TableConfig(),
+    )
     holder = getattr(config, section) if section else config
     kind = typing.get_type_hints(type(holder))[name]
     values = {name: other_value(kind, getattr(holder, name))}

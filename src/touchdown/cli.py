@@ -18,11 +18,14 @@ from tyro.conf import OmitArgPrefixes, Positional, arg, subcommand
 from touchdown import __version__, presets
 from touchdown.config import (
     SECTIONS,
+    Algorithm,
     Config,
     ExplorationConfig,
     LearningConfig,
     NetworkConfig,
     ReplayConfig,
+    RolloutConfig,
+    TableConfig,
     TrainingConfig,
     from_values,
     read_toml,
@@ -89,19 +92,37 @@ class Train:
     seed: Annotated[int, arg(help="Training seed: everything random follows from it.")] = 0
     env_id: Annotated[
         str,
-        arg(help="Gymnasium id of a world with a flat Box observation and Discrete actions."),
+        arg(
+            help="Gymnasium id of a world with a flat Box or Discrete observation and Discrete "
+            "actions."
+        ),
     ] = "LunarLander-v3"
+    algorithm: Annotated[
+        Algorithm,
+        arg(
+            help="What learns: a network with a memory, one without, a table, or a plan made from "
+            "the world's own model; presets choose it."
+        ),
+    ] = "dqn"
     network: NetworkConfig = field(default_factory=NetworkConfig)
     replay: ReplayConfig = field(default_factory=ReplayConfig)
     exploration: ExplorationConfig = field(default_factory=ExplorationConfig)
     learning: LearningConfig = field(default_factory=LearningConfig)
+    table: TableConfig = field(default_factory=TableConfig)
+    rollout: RolloutConfig = field(default_factory=RolloutConfig)
     training: TrainingConfig = field(default_factory=TrainingConfig)
 
     def settings(self) -> Config:
         """The flags as a config."""
         sections = {name: getattr(self, name) for name in SECTIONS}
         try:
-            return Config(preset=self.preset, seed=self.seed, env_id=self.env_id, **sections)
+            return Config(
+                preset=self.preset,
+                seed=self.seed,
+                env_id=self.env_id,
+                algorithm=self.algorithm,
+                **sections,
+            )
         except ValueError as error:
             raise UserError(one_line(error)) from None
 
@@ -340,7 +361,13 @@ def _train_defaults(argv: Sequence[str]) -> Train:
     if file is not None:
         config = from_values(values, config, Path(file))
     sections = {section: getattr(config, section) for section in SECTIONS}
-    return Train(preset=given or config.preset, seed=config.seed, env_id=config.env_id, **sections)
+    return Train(
+        preset=given or config.preset,
+        seed=config.seed,
+        env_id=config.env_id,
+        algorithm=config.algorithm,
+        **sections,
+    )
 
 
 def _preset_in(argv: Sequence[str]) -> str | None:

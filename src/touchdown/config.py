@@ -19,6 +19,7 @@ from touchdown.seeding import TEST_STARTS, VALIDATION_STARTS
 
 FORMAT_VERSION = 1
 
+Algorithm = Literal["dqn", "pqn", "tabular", "value-iteration"]
 
 # Above these a setting is a slip of the finger, and would end in a system without memory.
 _MOST_NODES = 100_000
@@ -27,6 +28,7 @@ _MOST_RESAVES = 1_000_000
 _MOST_STEPS = 2**31 - 1  # optax counts in 32 bits
 _MOST_N_STEP = 1_000
 _MOST_ENVS = 10_000
+_MOST_STATES = 100_000_000
 
 
 def _check(section: object, name: str, *, ok: bool, wanted: str) -> None:
@@ -250,6 +252,60 @@ class LearningConfig:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class TableConfig:
+    """A table of action values (Algorithm 1), and how a Box of observations is cut into states."""
+
+    bins: tuple[int, ...] = ()
+    """Equal parts of each dimension of a Box; a Discrete world has its states already."""
+    bins_low: tuple[float, ...] = ()
+    """Where the parts of each dimension begin; what is below belongs to the first."""
+    bins_high: tuple[float, ...] = ()
+    """Where they end; what is above belongs to the last."""
+    initial_value: float = 0.0
+    """Every action's value at the start; a high one makes the agent try everything."""
+
+    def __post_init__(self) -> None:
+        settle(self)
+        lengths = {len(self.bins), len(self.bins_low), len(self.bins_high)}
+        if len(lengths) > 1:
+            raise ValueError(
+                f"bins = {self.bins!r}: must be as many as bins_low = {self.bins_low!r} "
+                f"and bins_high = {self.bins_high!r}"
+            )
+        _check(self, "bins", ok=all(count > 0 for count in self.bins), wanted="at least 1 each")
+        if math.prod(self.bins) > _MOST_STATES:
+            raise ValueError(
+                f"bins = {self.bins!r}: make {math.prod(self.bins)} states, "
+                f"must be at most {_MOST_STATES}"
+            )
+        if any(low >= high for low, high in zip(self.bins_low, self.bins_high, strict=True)):
+            raise ValueError(
+                f"bins_low = {self.bins_low!r}: must be below bins_high = {self.bins_high!r}"
+            )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RolloutConfig:
+    """Learning without a memory from what many worlds gave just now (PQN; Gallici et al., 2025)."""
+
+    rollout_steps: int = 32
+    """Steps of every world between two rounds of learning."""
+    epochs: int = 2
+    """Times that a round goes through all of them."""
+    minibatches: int = 4
+    """Parts of each time, an update each."""
+    trace_decay: float = 0.65
+    """λ of the returns: 0 looks one step ahead, 1 to the end of the rollout."""
+
+    def __post_init__(self) -> None:
+        settle(self)
+        for name in ("rollout_steps", "epochs", "minibatches"):
+            ok = 0 < getattr(self, name) <= _MOST_ENVS
+            _check(self, name, ok=ok, wanted=f"from 1 to {_MOST_ENVS}")
+        _check(self, "trace_decay", ok=0 <= self.trace_decay <= 1, wanted="from 0 to 1")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class TrainingConfig:
     """How long to train, how a checkpoint is chosen, and what is written down on the way."""
 
@@ -308,11 +364,16 @@ class Config:
     seed: int = 0
     """Training seed: weights, exploration, replay and training starts follow from it."""
     env_id: str = "LunarLander-v3"
-    """Gymnasium id of a world with a flat Box observation and Discrete actions."""
+    """Gymnasium id of a world with a flat Box or Discrete observation and Discrete actions."""
+    algorithm: Algorithm = "dqn"
+    """What learns: a network with a memory, one without (PQN), a table, or a plan made from the
+    world's own model."""
     network: NetworkConfig = field(default_factory=NetworkConfig)
     replay: ReplayConfig = field(default_factory=ReplayConfig)
     exploration: ExplorationConfig = field(default_factory=ExplorationConfig)
     learning: LearningConfig = field(default_factory=LearningConfig)
+    table: TableConfig = field(default_factory=TableConfig)
+    rollout: RolloutConfig = field(default_factory=RolloutConfig)
     training: TrainingConfig = field(default_factory=TrainingConfig)
 
     def __post_init__(self) -> None:
@@ -324,6 +385,32 @@ class Config:
             raise ValueError(
                 f"loss = {self.learning.loss!r}: must be huber beside quantiles = "
                 f"{self.network.quantiles}, whose loss is Huber's"
+            )
+        self._refuse_what_does_nothing()
+
+    def _refuse_what_does_nothing(self) -> None:
+        used = _USED[self.algorithm]
+        for section, kind in SECTIONS.items():
+            of_section = used.get(section, frozenset())
+            if of_section is None:
+                continue
+            given, default = getattr(self, section), kind()
+            for item in dataclasses.fields(kind):
+                value, left = getattr(given, item.name), getattr(default, item.name)
+                if item.name not in of_section and value != left:
+                    raise ValueError(
+                        f"{item.name} = {value!r}: must stay {left!r} with algorithm = "
+                        f"{self.algorithm!r}, which makes no use of it"
+                    )
+        steps = self.training.num_envs * self.rollout.rollout_steps
+        if self.algorithm == "pqn" and self.rollout.minibatches > steps:
+            raise ValueError(
+                f"minibatches = {self.rollout.minibatches}: must be at most the steps of a "
+                f"rollout, num_envs * rollout_steps = {steps}"
+            )
+        if self.algorithm == "dqn" and self.learning.target == "expected-sarsa":
+            raise ValueError(
+                "target = 'expected-sarsa': must be q-learning or sarsa with algorithm = 'dqn'"
             )
 
     @property
@@ -338,8 +425,27 @@ SECTIONS: dict[str, type[Any]] = {
     "replay": ReplayConfig,
     "exploration": ExplorationConfig,
     "learning": LearningConfig,
+    "table": TableConfig,
+    "rollout": RolloutConfig,
     "training": TrainingConfig,
 }
+
+_STEP_SIZE = {"learning_rate", "learning_rate_end", "learning_rate_duration"}
+# the fields that an algorithm looks at; None is a whole section, one left out none of it
+_USED: dict[Algorithm, dict[str, frozenset[str] | None]] = {
+    "dqn": {"network": None, "replay": None, "learning": None},
+    "pqn": {
+        "network": frozenset({"hidden_sizes", "activation", "dueling", "layer_norm"}),
+        "learning": frozenset(
+            {"gamma", "optimizer", "loss", "reward_scale", "max_grad_norm", *_STEP_SIZE}
+        ),
+        "rollout": None,
+    },
+    "tabular": {"learning": frozenset({"gamma", "target", *_STEP_SIZE}), "table": None},
+    "value-iteration": {"learning": frozenset({"gamma", "update_period"})},
+}
+for _sections in _USED.values():
+    _sections |= {"exploration": None, "training": None}
 
 
 def to_dict(config: Config) -> dict[str, Any]:
