@@ -64,6 +64,11 @@ PRESETS.update(
             _PILOT, preset="dueling-dqn", network=replace(_PILOT.network, dueling=True)
         ),
         "qr-dqn": replace(_PILOT, preset="qr-dqn", network=replace(_PILOT.network, quantiles=32)),
+        "c51-dqn": replace(
+            _PILOT,
+            preset="c51-dqn",
+            network=replace(_PILOT.network, atoms=51, v_min=-30.0, v_max=30.0),
+        ),
         "n-step-dqn": replace(
             _PILOT, preset="n-step-dqn", learning=replace(_PILOT.learning, n_step=3)
         ),
@@ -71,6 +76,12 @@ PRESETS.update(
             _PILOT,
             preset="prioritized-dqn",
             replay=replace(_PILOT.replay, prioritized=True, beta_duration=180_000),
+        ),
+        "noisy-dqn": replace(
+            _PILOT,
+            preset="noisy-dqn",
+            network=replace(_PILOT.network, noisy=True),
+            exploration=ExplorationConfig(schedule="constant", epsilon_start=0.0),
         ),
     }
 )
@@ -84,8 +95,10 @@ SECTIONS_OF_THE_PAPER = {
     "double-dqn": "`pilot` with double Q-learning (van Hasselt et al., 2016)",
     "dueling-dqn": "`pilot` with a dueling head (Wang et al., 2016)",
     "qr-dqn": "`pilot` with 32 quantiles of each action's return (Dabney et al., 2018)",
+    "c51-dqn": "`pilot` with 51 atoms of each action's return (Bellemare et al., 2017)",
     "n-step-dqn": "`pilot` with returns of 3 steps (Sutton, 1988)",
     "prioritized-dqn": "`pilot` with prioritized replay (Schaul et al., 2016)",
+    "noisy-dqn": "`pilot` with noisy weights in place of ε (Fortunato et al., 2018)",
 }
 
 

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple, cast
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import PRNGKeyArray
 from numpy.typing import NDArray
 
 from touchdown.agents import exploration
@@ -23,9 +24,12 @@ from touchdown.config import Config, ReplayConfig
 from touchdown.memory.n_step import NStep
 from touchdown.memory.replay import Proportional, Replay
 from touchdown.seeding import Streams
-from touchdown.types import FloatArray, IntArray
+from touchdown.types import FloatArray, IntArray, Params
 
 _ROWS = 32  # observations in one call of a greedy pilot
+# What noise is for. Large, as JAX folds a small number in as it splits that part off, and the
+# first weights' keys are split off the same seed.
+_LEARNING, _ACTING = 1_000_001, 1_000_002
 
 
 class Spaces(NamedTuple):
@@ -38,6 +42,21 @@ class Spaces(NamedTuple):
 def make_network(config: Config, spaces: Spaces) -> QNetwork:
     """The Q-network that the config describes for a world."""
     return QNetwork(spaces.observation_size, spaces.num_actions, config.network)
+
+
+class NoiseSource(NamedTuple):
+    """What a sample of noisy weights follows from: kept as plain numbers, as calls to JAX are slow.
+
+    Its number goes through checkpoints, so that a restored agent draws what it would have drawn.
+    """
+
+    seed: np.uint32
+    number: int
+
+    def key(self, purpose: int) -> PRNGKeyArray:
+        """The sample's key (inside a compiled function)."""
+        of_purpose = jax.random.fold_in(jax.random.key(self.seed), purpose)
+        return jax.random.fold_in(of_purpose, self.number)
 
 
 def _proportional(config: ReplayConfig) -> Proportional | None:
@@ -102,8 +121,22 @@ class DQNAgent:
         self.epsilon = 1.0
         self._epsilon_of = exploration.make_schedule(config.exploration)
         self._next_q: jax.Array | None = None  # Q(s,·) for the coming action, if known already
-        self._values = self.network.values
+        self._values = self._compile_values()
         self._update = self._compile_update()
+
+    def _noise(self, number: int) -> NoiseSource | None:
+        config = self._config
+        return NoiseSource(np.uint32(config.seed), number) if config.network.noisy else None
+
+    def _compile_values(self) -> Any:
+        network = self.network
+        if not network.config.noisy:
+            return network.values
+
+        def noisy_values(params: Params, observations: jax.Array, source: NoiseSource) -> jax.Array:
+            return network.apply(params, observations, source.key(_ACTING))
+
+        return jax.jit(noisy_values)
 
     def _compile_update(self) -> Any:
         update = make_update(self.network, self._config.learning)
@@ -114,11 +147,15 @@ class DQNAgent:
             weights: Weights | None,
             observation: jax.Array,
             measured: bool,
+            source: NoiseSource | None,
         ) -> tuple[Updated, jax.Array]:
             # the values for the next action come from the same call: a second one would cost
             # as much again as the arithmetic of a small network
-            updated = update(state, batch, weights, measured)
-            return updated, self.network.apply(updated.state.online_params, observation[None])[0]
+            noise = None if source is None else source.key(_LEARNING)
+            learning, acting = (None, None) if noise is None else jax.random.split(noise)
+            updated = update(state, batch, weights, measured, learning)
+            online = updated.state.online_params
+            return updated, self.network.apply(online, observation[None], acting)[0]
 
         return jax.jit(update_and_look, donate_argnums=0, static_argnums=4)
 
@@ -128,12 +165,13 @@ class DQNAgent:
         self.epsilon = self._epsilon_of(episode, self.observations)
 
     def act(self, observation: FloatArray) -> int:
-        """An ε-greedy action (Algorithm 2, line 4)."""
+        """An ε-greedy action (Algorithm 2, line 4), by noisy weights where the network has them."""
         if exploration.explores(self.epsilon, self._streams.exploration):
             return int(self._streams.exploration.integers(self._spaces.num_actions))
         q = self._next_q
         if q is None:
-            q = cast(jax.Array, self._values(self.state.online_params, observation[None])[0])
+            noise = self._noise(self.observations)
+            q = cast(jax.Array, self._values(self.state.online_params, observation[None], noise)[0])
         return int(np.asarray(q).argmax())
 
     def observe(
@@ -165,7 +203,9 @@ class DQNAgent:
             words = sample.records.view(np.float32).reshape(len(sample.records), -1)
             self.updates += 1
             measured = self.updates % config.training.metrics_period == 0
-            updated, self._next_q = self._update(self.state, words, sample.weights, o_t, measured)
+            updated, self._next_q = self._update(
+                self.state, words, sample.weights, o_t, measured, self._noise(self.updates)
+            )
             self.state, metrics, td_error = updated
             if sample.weights is not None:
                 self.memory.learnt(sample.indices, np.asarray(td_error))
