@@ -28,6 +28,8 @@ PARTS: dict[str, dict[str, dict[str, object]]] = {
     "dueling": {"network": {"dueling": True}},
     "layer norm": {"network": {"layer_norm": True}},
     "32 quantiles": {"network": {"quantiles": 32}},
+    "51 atoms": {"network": {"atoms": 51, "v_min": -30.0, "v_max": 30.0}},
+    "noisy": {"network": {"noisy": True}},
     "prioritized": {"replay": {"prioritized": True}},
 }
 

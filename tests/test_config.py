@@ -178,10 +178,12 @@ def test_digest_changes_with_every_field_but_the_label(section: str | None, name
     learning = LearningConfig(target_period=9 if name == "double" else 0)
     if name == "quantiles":  # they go with no other loss
         learning = dataclasses.replace(learning, loss="huber")
+    network = NetworkConfig(atoms=51 if name == "atoms" else 0)  # one atom would be none
     cut = TableConfig(bins=(3,), bins_low=(0,), bins_high=(5,))
     config = Config(
         exploration=ExplorationConfig(epsilon_start=0.5),
         learning=learning,
+        network=network,
         algorithm={"table": "tabular", "rollout": "pqn"}.get(section or "", "dqn"),
         table=cut if section == "table" else TableConfig(),
     )
@@ -202,6 +204,14 @@ def test_digest_is_12_hex_digits():
 REFUSED_BY_CONSTRUCTOR: list[tuple[type[Any], dict[str, Any]]] = [
     (NetworkConfig, {"hidden_sizes": (100, 0)}),
     (NetworkConfig, {"hidden_sizes": (-5,)}),
+    (NetworkConfig, {"atoms": 1}),
+    (NetworkConfig, {"atoms": -51}),
+    (NetworkConfig, {"atoms": 100_001}),
+    (NetworkConfig, {"v_min": 10.0}),
+    (NetworkConfig, {"v_min": -math.inf}),
+    (NetworkConfig, {"v_max": -10.0}),
+    (NetworkConfig, {"noisy_sigma": 0.0}),
+    (NetworkConfig, {"noisy_sigma": -0.5}),
     (ReplayConfig, {"capacity": 0}),
     (ReplayConfig, {"capacity": -3}),
     (ReplayConfig, {"min_size": 0}),
@@ -415,3 +425,14 @@ def test_parts_that_do_not_go_together_are_refused_with_the_reason(values, compl
 def test_quantiles_and_a_squared_error_do_not_go_together():
     with pytest.raises(ValueError, match="loss = 'mse': must be huber beside quantiles = 8"):
         Config(network=NetworkConfig(quantiles=8))
+
+
+def test_quantiles_and_atoms_do_not_go_together():
+    with pytest.raises(ValueError, match="atoms = 51: must be 0 beside quantiles = 8; a return is"):
+        NetworkConfig(quantiles=8, atoms=51)
+
+
+@pytest.mark.parametrize("loss", ["mse", "huber"])
+def test_atoms_go_beside_either_loss(loss):
+    config = Config(network=NetworkConfig(atoms=51), learning=LearningConfig(loss=loss))
+    assert config.learning.loss == loss

@@ -101,6 +101,18 @@ class NetworkConfig:
     quantiles: int = 0
     """Quantiles of the return that each action's output has (QR-DQN; Dabney et al., 2018); 0 is one
     number, its mean."""
+    atoms: int = 0
+    """Fixed returns to which each action's output gives probabilities (C51; Bellemare et al.,
+    2017), 2 or more; 0 is one number, their mean."""
+    v_min: float = -10.0
+    """Least of the atoms; returns below count as it (scaled reward units)."""
+    v_max: float = 10.0
+    """Greatest of the atoms; returns above count as it (scaled reward units)."""
+    noisy: bool = False
+    """Weights that learning draws anew around learnt means, to explore by (Fortunato et al., 2018);
+    greedy flights take the means."""
+    noisy_sigma: float = 0.5
+    """σ₀: deviation of noisy weights at the start, times the root of the layer's inputs."""
 
     def __post_init__(self) -> None:
         settle(self)
@@ -108,6 +120,16 @@ class NetworkConfig:
         _check(self, "hidden_sizes", ok=sizes_ok, wanted=f"from 1 to {_MOST_NODES} nodes each")
         quantiles_ok = 0 <= self.quantiles <= _MOST_NODES
         _check(self, "quantiles", ok=quantiles_ok, wanted=f"from 0 (none) to {_MOST_NODES}")
+        atoms_ok = self.atoms == 0 or 2 <= self.atoms <= _MOST_NODES
+        _check(self, "atoms", ok=atoms_ok, wanted=f"0 (none) or from 2 to {_MOST_NODES}")
+        below = self.v_min < self.v_max
+        _check(self, "v_min", ok=below, wanted=f"below v_max = {self.v_max}")
+        _check(self, "noisy_sigma", ok=self.noisy_sigma > 0, wanted="above 0")
+        if self.atoms and self.quantiles:
+            raise ValueError(
+                f"atoms = {self.atoms}: must be 0 beside quantiles = {self.quantiles}; "
+                "a return is described by one or the other, not both"
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -193,7 +215,8 @@ class LearningConfig:
     batch_size: int = 64
     """Transitions in a minibatch."""
     loss: Literal["mse", "huber"] = "mse"
-    """Loss of the TD error: its square, or Huber's with the knee at 1 scaled reward unit."""
+    """Loss of the TD error: its square, or Huber's with the knee at 1 scaled reward unit. Of no
+    account beside atoms, whose loss is the cross entropy."""
     reward_scale: float = 1.0
     """Factor on rewards inside the update (recorded returns keep their units)."""
     max_grad_norm: float = 0.0

@@ -72,6 +72,11 @@ PRESETS.update(
         "layer-norm-dqn": replace(
             _PILOT, preset="layer-norm-dqn", network=replace(_PILOT.network, layer_norm=True)
         ),
+        "c51-dqn": replace(
+            _PILOT,
+            preset="c51-dqn",
+            network=replace(_PILOT.network, atoms=51, v_min=-30.0, v_max=30.0),
+        ),
         "n-step-dqn": replace(
             _PILOT, preset="n-step-dqn", learning=replace(_PILOT.learning, n_step=3)
         ),
@@ -79,6 +84,12 @@ PRESETS.update(
             _PILOT,
             preset="prioritized-dqn",
             replay=replace(_PILOT.replay, prioritized=True, beta_duration=180_000),
+        ),
+        "noisy-dqn": replace(
+            _PILOT,
+            preset="noisy-dqn",
+            network=replace(_PILOT.network, noisy=True),
+            exploration=ExplorationConfig(schedule="constant", epsilon_start=0.0),
         ),
     }
 )
@@ -94,8 +105,10 @@ SECTIONS_OF_THE_PAPER = {
     "qr-dqn": "`pilot` with 32 quantiles of each action's return (Dabney et al., 2018)",
     "polyak-dqn": "`pilot` with a target network that follows (Lillicrap et al., 2016)",
     "layer-norm-dqn": "`pilot` with layer normalisation (Ba, Kiros & Hinton, 2016)",
+    "c51-dqn": "`pilot` with 51 atoms of each action's return (Bellemare et al., 2017)",
     "n-step-dqn": "`pilot` with returns of 3 steps (Sutton, 1988)",
     "prioritized-dqn": "`pilot` with prioritized replay (Schaul et al., 2016)",
+    "noisy-dqn": "`pilot` with noisy weights in place of ε (Fortunato et al., 2018)",
 }
 
 

@@ -1,6 +1,8 @@
 from collections.abc import Callable
 from itertools import combinations, islice, pairwise
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from numpy.random import default_rng
@@ -229,6 +231,75 @@ def test_two_agents_of_one_seed_are_identical_and_two_seeds_differ(new_agent: Ne
     assert not np.isclose(online(one), online(other)).all()
 
 
+# --- noisy weights ---
+
+
+def noisy(new_agent: NewAgent, seed: int = 0, **settings) -> DQNAgent:
+    settings = {"exploration": GREEDY, "replay": {"min_size": 30}} | settings
+    return new_agent(seed, network={"noisy": True}, **settings)
+
+
+def test_noise_explores_where_chance_does_not(new_agent: NewAgent):
+    agent = noisy(new_agent, replay={"min_size": 1_000})
+    agent.begin_episode(0)
+    observation = random_observations(1)[0]
+    actions = []
+    for _ in range(60):
+        actions.append(agent.act(observation))
+        assert agent.act(observation) == actions[-1]  # one sample an observation
+        agent.observe(observation, 0, 0.0, observation, terminated=False)
+    assert set(actions) == {0, 1}
+
+
+def test_the_values_looked_ahead_to_are_drawn_anew_with_each_update(new_agent: NewAgent):
+    agent = noisy(new_agent, learning={"learning_rate": 1e-9})  # the weights stay as good as fixed
+    feed(agent, 40)
+    observation, seen = random_observations(1)[0], []
+    for _ in range(10):
+        agent.observe(observation, 0, 0.0, observation, terminated=False)
+        seen.append(np.asarray(agent._next_q))
+    assert len(np.unique(np.array(seen).round(4), axis=0)) == 10
+
+
+def test_a_noisy_pilot_flies_the_means(new_agent: NewAgent):
+    agent = noisy(new_agent)
+    feed(agent, 40)
+    rows = random_observations(40)
+    expected = [greedy_action(agent, row) for row in rows]
+    assert [agent.pilot().act(rows).tolist() for _ in range(2)] == [expected] * 2
+
+
+def test_noise_follows_from_the_seed_as_all_else_does(new_agent: NewAgent, chain):
+    agents = [noisy(new_agent, seed) for seed in (3, 3, 4)]
+    flights = [flown(agent, chain) for agent in agents]
+    one, same, other = agents
+    assert flights[0] == flights[1]
+    assert np.array_equal(online(one), online(same))
+    assert not np.isclose(online(one), online(other)).all()
+
+
+@pytest.mark.parametrize("update_period", [1, 3])
+def test_a_noisy_agent_restored_by_its_counters_goes_on_as_if_nothing_had_been(
+    update_period: int, new_agent: NewAgent
+):
+    settings = {"learning": {"update_period": update_period, "target_period": 7}}
+    agent, resumed = (noisy(new_agent, **settings) for _ in range(2))
+    feed(agent, 60)
+    resumed.begin_episode(0)
+    resumed.state = jax.tree.map(jnp.array, agent.state)  # the update gives its memory away
+    resumed.memory.restore(agent.memory.tensors(), agent.memory.ring.added)
+    resumed.observations, resumed.updates = agent.observations, agent.updates
+    resumed._streams.replay.bit_generator.state = agent._streams.replay.bit_generator.state
+    resumed.restore_mood(*agent.mood())
+    rows = random_observations(31, seed=5)
+    for o_tm1, o_t in pairwise(rows):
+        actions = [it.act(o_tm1) for it in (agent, resumed)]
+        assert actions[0] == actions[1]
+        for it in (agent, resumed):
+            it.observe(o_tm1, actions[0], 1.0, o_t, terminated=False)
+    assert np.array_equal(online(agent), online(resumed))
+
+
 # --- the pilot ---
 
 
@@ -287,7 +358,9 @@ PARTS = {
     "re-saved": {"replay": {"resaves": 2}},
     "dueling": {"network": {"dueling": True}},
     "quantiles": {"network": {"quantiles": 5}, "learning": {"loss": "huber"}},
+    "atoms": {"network": {"atoms": 21}},
     "normalised": {"network": {"layer_norm": True}},
+    "noisy": {"network": {"noisy": True}},
 }
 
 
@@ -306,6 +379,10 @@ def test_two_parts_learn_together_or_are_refused_with_the_reason(
 ):
     if set(pair) == {"double", "follows"}:  # two targets at once
         with pytest.raises(ValueError, match="copied or follows, not both"):
+            new_agent(**together(*pair))
+        return
+    if set(pair) == {"quantiles", "atoms"}:  # two descriptions of one return
+        with pytest.raises(ValueError, match="one or the other, not both"):
             new_agent(**together(*pair))
         return
     agent = new_agent(**together(*pair))

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from touchdown.agents import learner
 from touchdown.agents.learner import LearnerState
 from touchdown.agents.networks import QNetwork
-from touchdown.config import LearningConfig
+from touchdown.config import LearningConfig, NetworkConfig
 from touchdown.types import transition_dtype
 
 Layers = list[tuple[np.ndarray, np.ndarray]]  # weight [out, in] and bias [out] of each
@@ -342,3 +342,99 @@ def test_the_errors_handed_back_are_those_of_the_weights_before_the_update(netwo
     for i, row in enumerate(batch):
         target = row["r_t"] + row["discount_t"] * evaluated[i][q_t[i].argmax()]
         assert_allclose(td_error[i], target - q_tm1[i][row["a_tm1"]], rtol=1e-4)
+
+
+# --- atoms, and noisy weights ---
+
+
+def shaped(**settings) -> QNetwork:
+    return QNetwork(5, 2, NetworkConfig(hidden_sizes=(16, 16), **settings))
+
+
+def compiled(network: QNetwork, config: LearningConfig):
+    return jax.jit(learner.make_update(network, config), static_argnums=3)
+
+
+@pytest.mark.parametrize("double", [False, True])
+def test_an_update_of_atoms_descends_the_cross_entropy_of_each_transition(double: bool):
+    network = shaped(atoms=7, v_min=-3, v_max=3)
+    config = LearningConfig(
+        optimizer="sgd", learning_rate=1.0, target_period=9, double=double, reward_scale=0.5
+    )
+    state = learner.init_learner(network, config, seed=0)
+    state = state._replace(target_params=network.init(jax.random.key(99)))
+    batch = random_batch(0)
+    new, metrics, td_error = compiled(network, config)(state, words_of(batch), None, MEASURED)
+
+    z = np.linspace(-3, 3, 7)
+    p_t = np.exp(network.log_probabilities(state.target_params, batch["o_t"]))
+    selects = network.apply(state.online_params, batch["o_t"]) if double else p_t @ z
+    targets = np.zeros((len(batch), 7))
+    for row, chosen in enumerate(np.argmax(selects, axis=1)):
+        for atom, p in zip(z, p_t[row, chosen], strict=True):
+            moved = np.clip(0.5 * batch["r_t"][row] + batch["discount_t"][row] * atom, -3, 3)
+            targets[row] += p * np.maximum(1 - np.abs(moved - z), 0)  # the atoms are 1 apart
+
+    def slow_loss(params: jax.Array) -> jax.Array:
+        log_p = network.log_probabilities(params, batch["o_tm1"])
+        taken = log_p[jnp.arange(len(batch)), batch["a_tm1"]]
+        return -jnp.sum(targets * taken) / len(batch)
+
+    loss, slope = jax.jit(jax.value_and_grad(slow_loss))(state.online_params)
+    assert_allclose(new.online_params, state.online_params - slope, rtol=1e-4, atol=1e-6)
+    assert_allclose(metrics.loss, loss, rtol=1e-5)
+    q_tm1 = np.asarray(network.apply(state.online_params, batch["o_tm1"]))
+    assert_allclose(metrics.max_q, q_tm1.max(), rtol=1e-4)
+    of_taken = q_tm1[np.arange(len(batch)), batch["a_tm1"]]
+    assert_allclose(td_error, targets @ z - of_taken, rtol=1e-4, atol=1e-5)
+
+
+def test_the_loss_of_atoms_is_the_same_whatever_loss_is_set():
+    network = shaped(atoms=7)
+    results = []
+    for loss in ("mse", "huber"):
+        config = LearningConfig(loss=loss)  # pyright: ignore[reportArgumentType]
+        state = learner.init_learner(network, config, seed=0)
+        update = compiled(network, config)
+        results.append(update(state, words_of(random_batch(0)), None, QUIET).state.online_params)
+    assert np.array_equal(*results)
+
+
+def test_one_key_s_noise_repeats_an_update_and_another_s_or_none_makes_another():
+    network = shaped(noisy=True)
+    config = LearningConfig(target_period=9, double=True)
+    state = learner.init_learner(network, config, seed=0)
+    update = compiled(network, config)
+
+    def errors(noise: jax.Array | None) -> np.ndarray:
+        return np.asarray(update(state, words_of(random_batch(0)), None, QUIET, noise).td_error)
+
+    one, same, other = (errors(jax.random.key(key)) for key in (1, 1, 2))
+    assert np.array_equal(one, same)
+    assert not np.isclose(one, other).all()
+    assert not np.isclose(one, errors(None)).all()
+
+
+def test_what_is_learnt_what_bootstraps_and_what_selects_draw_apart():
+    network = shaped(noisy=True)
+    config = LearningConfig(target_period=9, double=True)
+    state = learner.init_learner(network, config, seed=0)
+    batch, key = random_batch(0), jax.random.key(3)
+    update = compiled(network, config)
+    td_error = update(state, words_of(batch), None, QUIET, key).td_error
+    learnt, bootstraps, selects = jax.random.split(key, 3)
+    q_tm1 = network.apply(state.online_params, batch["o_tm1"], learnt)
+    q_t = network.apply(state.target_params, batch["o_t"], bootstraps)
+    best = network.apply(state.online_params, batch["o_t"], selects).argmax(axis=1)
+    for i, row in enumerate(batch):
+        target = row["r_t"] + row["discount_t"] * q_t[i][best[i]]
+        assert_allclose(td_error[i], target - q_tm1[i][row["a_tm1"]], rtol=1e-4, atol=1e-5)
+
+
+def test_means_and_deviations_of_noisy_weights_are_both_learnt():
+    network = shaped(noisy=True)
+    state = learner.init_learner(network, LearningConfig(), seed=0)
+    update = compiled(network, LearningConfig())
+    new, *_ = update(state, words_of(random_batch(0)), None, QUIET, jax.random.key(0))
+    before, after = (network.layers(it.online_params) for it in (state, new))
+    assert [name for name in before if np.array_equal(before[name], after[name])] == []

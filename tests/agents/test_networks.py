@@ -1,10 +1,13 @@
+from functools import partial
+
+import equinox as eqx
 import jax
 import numpy as np
 import pytest
 from numpy.random import default_rng
 from numpy.testing import assert_allclose
 
-from touchdown.agents.networks import QNetwork
+from touchdown.agents.networks import DuelingHead, NoisyLinear, QNetwork
 from touchdown.config import NetworkConfig
 
 ACTIVATIONS = {
@@ -113,8 +116,11 @@ def test_layer_normalisation_comes_before_the_activation():
 
 @pytest.mark.parametrize("dueling", [False, True])
 @pytest.mark.parametrize("layer_norm", [False, True])
-def test_parameters_by_name_make_the_same_network_again(dueling: bool, layer_norm: bool):
-    config = NetworkConfig(hidden_sizes=(6, 5), dueling=dueling, layer_norm=layer_norm)
+@pytest.mark.parametrize("noisy", [False, True])
+def test_parameters_by_name_make_the_same_network_again(
+    dueling: bool, layer_norm: bool, noisy: bool
+):
+    config = NetworkConfig(hidden_sizes=(6, 5), dueling=dueling, layer_norm=layer_norm, noisy=noisy)
     network = QNetwork(3, 4, config)
     params = network.init(jax.random.key(3))
     named = {name: np.asarray(value) for name, value in network.layers(params).items()}
@@ -147,3 +153,152 @@ def test_a_dueling_head_of_quantiles_takes_each_quantile_s_mean_away():
     params = network.params_of({name: np.array(v, np.float32) for name, v in named.items()})
     theta = network.quantiles(params, np.zeros((1, 1), np.float32))
     assert_allclose(theta, [[[10 - 1, 20 - 2], [10 + 1, 20 + 2]]])
+
+
+# --- atoms ---
+
+
+def test_atoms_stand_at_equal_distances_from_end_to_end():
+    network = QNetwork(1, 2, NetworkConfig(hidden_sizes=(), atoms=5, v_min=-2, v_max=6))
+    assert network.support.tolist() == [-2, 0, 2, 4, 6]
+
+
+def test_q_is_the_mean_of_the_atoms_by_their_probabilities():
+    network = QNetwork(1, 2, NetworkConfig(hidden_sizes=(), atoms=3, v_min=-1, v_max=1))
+    p = np.array([[0.5, 0.25, 0.25], [0.125, 0.125, 0.75]])
+    params = np.concatenate([np.zeros(6), np.log(p).ravel() + 7]).astype(np.float32)
+    seen = np.zeros((1, 1), np.float32)
+    assert_allclose(network.apply(params, seen), [[-0.25, 0.625]], rtol=1e-5)
+    assert_allclose(network.log_probabilities(params, seen), [np.log(p)], rtol=1e-5)
+
+
+@pytest.mark.parametrize("dueling", [False, True])
+def test_each_action_of_each_observation_has_its_own_probabilities(dueling: bool):
+    config = NetworkConfig(hidden_sizes=(6,), atoms=5, v_min=0, v_max=8, dueling=dueling)
+    network = QNetwork(3, 4, config)
+    params = network.init(jax.random.key(0))
+    seen = default_rng(0).normal(size=(7, 3)).astype(np.float32)
+    p = np.exp(network.log_probabilities(params, seen))
+    assert p.shape == (7, 4, 5)
+    assert len(np.unique(p.round(7).reshape(28, 5), axis=0)) == 28
+    assert_allclose(p.sum(axis=2), np.ones((7, 4)), rtol=1e-5)
+    assert_allclose(network.apply(params, seen), p @ [0, 2, 4, 6, 8], rtol=1e-5)
+
+
+# --- noisy weights ---
+
+
+def noisy_pair(**settings) -> tuple[QNetwork, QNetwork]:
+    """A network, and the same one with noisy weights."""
+    config = {"hidden_sizes": (16,), **settings}
+    plain, noisy = (QNetwork(5, 2, NetworkConfig(**config, noisy=on)) for on in (False, True))
+    return plain, noisy
+
+
+SEEN = default_rng(0).normal(size=(20, 5)).astype(np.float32)
+
+
+@pytest.mark.parametrize("dueling", [False, True])
+@pytest.mark.parametrize("layer_norm", [False, True])
+def test_without_a_key_a_noisy_network_is_the_plain_one_of_its_means(
+    dueling: bool, layer_norm: bool
+):
+    plain, noisy = noisy_pair(dueling=dueling, layer_norm=layer_norm)
+    params = noisy.init(jax.random.key(1))
+    means = {
+        name: np.asarray(value)
+        for name, value in noisy.layers(params).items()
+        if "sigma" not in name
+    }
+    assert np.array_equal(plain.params_of(means), plain.init(jax.random.key(1)))
+    assert_allclose(noisy.apply(params, SEEN), plain.apply(plain.params_of(means), SEEN))
+    assert not np.allclose(noisy.apply(params, SEEN, jax.random.key(0)), noisy.apply(params, SEEN))
+
+
+@pytest.mark.parametrize("parts", [{}, {"dueling": True}, {"quantiles": 3}, {"atoms": 3}])
+def test_one_key_repeats_its_noise_for_a_whole_batch_and_two_keys_differ(parts):
+    _, noisy = noisy_pair(**parts)
+    params = noisy.init(jax.random.key(1))
+    one, other = jax.random.key(1), jax.random.key(2)
+    together = noisy.apply(params, SEEN, one)
+    assert np.array_equal(together, noisy.apply(params, SEEN, one))
+    assert not np.isclose(together, noisy.apply(params, SEEN, other)).any()
+    alone = [noisy.apply(params, SEEN[i : i + 1], one)[0] for i in range(5)]
+    assert_allclose(together[:5], alone, rtol=1e-4, atol=1e-5)
+
+
+def test_values_quantiles_and_probabilities_share_the_noise_of_one_key():
+    key = jax.random.key(4)
+    _, noisy = noisy_pair(quantiles=3)
+    params = noisy.init(jax.random.key(1))
+    theta = noisy.quantiles(params, SEEN, key)
+    assert_allclose(noisy.apply(params, SEEN, key), theta.mean(axis=2), rtol=1e-5, atol=1e-6)
+    _, noisy = noisy_pair(atoms=3)
+    params = noisy.init(jax.random.key(1))
+    p = np.exp(noisy.log_probabilities(params, SEEN, key))
+    assert_allclose(noisy.apply(params, SEEN, key), p @ noisy.support, rtol=1e-4, atol=1e-5)
+
+
+def test_noise_of_a_layer_is_the_product_of_what_its_ends_draw(monkeypatch: pytest.MonkeyPatch):
+    layer = NoisyLinear(2, 1, sigma=0.5, key=jax.random.key(0))
+    layer = eqx.tree_at(
+        lambda it: (it.weight, it.bias, it.weight_sigma, it.bias_sigma),
+        layer,
+        tuple(np.array(value, np.float32) for value in ([[1, 2]], [3], [[10, 100]], [1000])),
+    )
+    drawn = jax.numpy.array([4.0, -9.0, 25.0])  # of the output, then of the inputs
+    monkeypatch.setattr(jax.random, "normal", lambda *_: drawn)
+    x = np.array([1, 1], np.float32)
+    # f = 2, -3 and 5: weights 1 + 10·(2·-3) and 2 + 100·(2·5), bias 3 + 1000·2
+    assert layer(x, key=jax.random.key(0)).tolist() == [1 - 60 + 2 + 1000 + 3 + 2000]
+    assert layer(x).tolist() == [1 + 2 + 3]
+
+
+def test_the_two_parts_of_a_noisy_dueling_head_draw_apart():
+    linear = partial(NoisyLinear, sigma=1.0)
+    head = DuelingHead(3, 2, 1, linear, key=jax.random.key(0))
+    key, features = jax.random.key(5), np.ones(3, np.float32)
+    of_value, of_advantage = jax.random.split(key)
+    value = head.value(features, key=of_value)
+    advantage = head.advantage(features, key=of_advantage)
+    assert_allclose(head(features, key=key), value + advantage - advantage.mean(), rtol=1e-5)
+
+
+def test_noise_has_no_mean_and_the_spread_that_its_deviations_say():
+    layer = NoisyLinear(4, 3, sigma=0.5, key=jax.random.key(0))
+    assert np.unique(layer.weight_sigma) == np.unique(layer.bias_sigma) == 0.25  # ½ / √4
+    keys = jax.random.split(jax.random.key(1), 4_000)
+    x = np.zeros(4, np.float32)
+    bias = jax.vmap(lambda key: layer(x, key=key))(keys) - layer.bias
+    assert_allclose(bias.mean(axis=0), np.zeros(3), atol=0.02)
+    # the variance of f(ε) is the mean of |ε|
+    assert_allclose(bias.std(axis=0), np.full(3, 0.25 * (2 / np.pi) ** 0.25), rtol=0.05)
+
+
+def test_noisy_layers_name_their_deviations_after_their_means():
+    network = QNetwork(3, 2, NetworkConfig(hidden_sizes=(4,), noisy=True, layer_norm=True))
+    layers = network.layers(np.arange(network.num_params, dtype=np.float32))
+    assert {name: array.shape for name, array in layers.items()} == {
+        "layers.0.weight": (4, 3),
+        "layers.0.bias": (4,),
+        "layers.0.weight_sigma": (4, 3),
+        "layers.0.bias_sigma": (4,),
+        "norms.0.weight": (4,),
+        "norms.0.bias": (4,),
+        "layers.1.weight": (2, 4),
+        "layers.1.bias": (2,),
+        "layers.1.weight_sigma": (2, 4),
+        "layers.1.bias_sigma": (2,),
+    }
+    flat = np.concatenate([np.ravel(array) for array in layers.values()])
+    assert np.array_equal(flat, np.arange(network.num_params))  # in this order, too
+    fresh = network.layers(network.init(jax.random.key(0)))
+    assert_allclose(fresh["layers.0.weight_sigma"], np.full((4, 3), 0.5 / 3**0.5), rtol=1e-6)
+    assert_allclose(fresh["layers.1.bias_sigma"], [0.25, 0.25])
+
+
+def test_a_noisy_dueling_head_names_its_deviations_too():
+    network = QNetwork(3, 2, NetworkConfig(hidden_sizes=(), noisy=True, dueling=True))
+    kinds = ("weight", "bias", "weight_sigma", "bias_sigma")
+    names = [f"{part}.{kind}" for part in ("value", "advantage") for kind in kinds]
+    assert list(network.layers(np.zeros(network.num_params, np.float32))) == names

@@ -5,7 +5,14 @@ import pytest
 from numpy.random import default_rng
 from numpy.testing import assert_allclose
 
-from touchdown.agents.td import double_q_error, q_error, quantile_loss
+from touchdown.agents.td import (
+    categorical_loss,
+    categorical_projection,
+    double_q_error,
+    of_action,
+    q_error,
+    quantile_loss,
+)
 
 
 def error_of(q_tm1, a_tm1, r_t, discount_t, q_t) -> np.ndarray:
@@ -96,3 +103,82 @@ def test_quantile_loss_is_least_where_the_quantiles_are():
 def test_quantile_loss_takes_the_mean_over_targets_and_the_sum_over_quantiles():
     one = quantile_loss(jnp.array([[0.0]]), jnp.array([[1.0, 3.0]]))
     assert_allclose(one, [0.5 * (0.5 + 2.5) / 2])
+
+
+# --- atoms ---
+
+ENDS = [-1, 0, 1]
+
+
+def projected(support, p_t, r_t, discount_t) -> np.ndarray:
+    arrays = (jnp.array(value, float) for value in (support, p_t, r_t, discount_t))
+    return np.asarray(categorical_projection(*arrays))
+
+
+def test_an_atom_moved_between_two_others_is_shared_by_its_distance_from_each():
+    phi = projected(ENDS, [[0, 1, 0], [0, 1, 0]], [0.5, -0.25], [1, 1])
+    assert_allclose(phi, [[0, 0.5, 0.5], [0.25, 0.75, 0]])
+
+
+def test_atoms_that_nothing_moves_keep_their_probabilities():
+    assert_allclose(projected(ENDS, [[0.2, 0.3, 0.5]], [0], [1]), [[0.2, 0.3, 0.5]])
+
+
+def test_where_the_world_ended_the_reward_is_all_of_the_return():
+    phi = projected(ENDS, [[0.9, 0, 0.1], [0.9, 0, 0.1]], [0.75, 0.75], [0, 1])
+    assert_allclose(phi[0], [0, 0.25, 0.75])
+    assert_allclose(phi[1], [0.9 * 0.25, 0.9 * 0.75, 0.1], rtol=1e-6)  # ends at -¼, and past 1
+
+
+def test_what_is_moved_past_an_end_of_the_support_stays_at_the_end():
+    phi = projected(ENDS, [[0.5, 0, 0.5]] * 2, [7, -7], [1, 1])
+    assert_allclose(phi, [[0, 0, 1], [1, 0, 0]])
+
+
+def slow_projection(support, p_t, r_t, discount_t) -> np.ndarray:
+    """The source's Algorithm 1: atom by atom, to the one below and the one above."""
+    phi, width = np.zeros_like(p_t), support[1] - support[0]
+    for row in range(len(p_t)):
+        for z, p in zip(support, p_t[row], strict=True):
+            moved = min(max(r_t[row] + discount_t[row] * z, support[0]), support[-1])
+            place = (moved - support[0]) / width
+            below = min(int(place), len(support) - 2)
+            phi[row, below] += p * (below + 1 - place)
+            phi[row, below + 1] += p * (place - below)
+    return phi
+
+
+def test_a_projection_is_the_loop_over_atoms_and_keeps_what_it_was_given():
+    rng = default_rng(0)
+    support = np.linspace(-4, 6, 51)
+    p_t = rng.dirichlet(np.ones(51), size=40)
+    r_t, discount_t = rng.normal(size=40) * 3, rng.choice([0.0, 0.9, 0.99**3], 40)
+    phi = projected(support, p_t, r_t, discount_t)
+    assert_allclose(phi, slow_projection(support, p_t, r_t, discount_t), rtol=1e-3, atol=2e-6)
+    assert_allclose(phi.sum(axis=1), np.ones(40), rtol=1e-5)
+
+
+def test_a_projection_within_the_ends_keeps_the_mean():
+    p_t = default_rng(1).dirichlet(np.ones(21), size=10)
+    support = np.linspace(-10, 10, 21)
+    phi = projected(support, p_t, np.full(10, 0.3), np.full(10, 0.9))
+    assert_allclose(phi @ support, 0.3 + 0.9 * (p_t @ support), rtol=1e-4, atol=1e-5)
+
+
+def test_categorical_loss_is_the_cross_entropy_of_each_row():
+    log_p = jnp.log(jnp.array([[0.5, 0.25, 0.25], [0.125, 0.5, 0.375]]))
+    loss = categorical_loss(log_p, jnp.array([[0.0, 0.5, 0.5], [1.0, 0.0, 0.0]]))
+    assert_allclose(loss, [2 * np.log(2), 3 * np.log(2)], rtol=1e-6)  # -log ¼ and -log ⅛
+
+
+def test_categorical_loss_is_least_where_the_probabilities_are_the_target_s():
+    target = jnp.array([[0.2, 0.3, 0.5]])
+    slope = jax.grad(lambda logits: categorical_loss(jax.nn.log_softmax(logits), target)[0])
+    assert_allclose(slope(jnp.log(target)), np.zeros((1, 3)), atol=1e-6)
+    assert_allclose(slope(jnp.zeros((1, 3))), 1 / 3 - target, rtol=1e-5)  # p − Φ
+
+
+def test_an_action_s_outputs_are_its_row_s_own_whatever_it_has_of_them():
+    values = jnp.arange(12.0).reshape(2, 3, 2)
+    assert of_action(values, jnp.array([2, 0])).tolist() == [[4, 5], [6, 7]]
+    assert of_action(values[:, :, 1], jnp.array([2, 0])).tolist() == [5, 7]

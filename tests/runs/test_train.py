@@ -189,6 +189,25 @@ def test_worlds_side_by_side_each_go_on_in_mid_flight(tmp_path):
     assert_same_run(whole, stopped)
 
 
+@pytest.mark.parametrize("update_period", [1, 4])
+def test_noise_and_atoms_go_on_in_mid_flight_too(tmp_path, update_period):
+    config = small_config(episodes=4, max_observations=240)
+    config = replace(
+        config,
+        env_id="LunarLander-v3",
+        network=replace(config.network, noisy=True, atoms=11),
+        exploration=ExplorationConfig(schedule="constant", epsilon_start=0.0),
+        learning=replace(config.learning, update_period=update_period),
+    )
+    whole, stopped = (folders.create(tmp_path, config, name) for name in ("whole", "stopped"))
+    train(whole)
+    for _ in range(5):
+        with pytest.raises(Interrupted):
+            train(stopped, after(1))
+    train(stopped)
+    assert_same_run(whole, stopped)
+
+
 def test_a_run_stopped_in_its_last_flight_finishes_it(tmp_path):
     config = replace(small_config(max_observations=40), env_id="LunarLander-v3")
     folder = folders.create(tmp_path, config, "last")

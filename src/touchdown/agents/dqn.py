@@ -1,12 +1,12 @@
 """Deep Q-learning put together from parts: act, remember, update after every observation."""
 
 from collections.abc import Mapping
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, PRNGKeyArray
 
 from touchdown.agents import exploration
 from touchdown.agents.agent import Spaces, Tensors
@@ -27,12 +27,31 @@ from touchdown.config import Config, ReplayConfig
 from touchdown.memory.n_step import NStep
 from touchdown.memory.replay import Proportional, Replay
 from touchdown.seeding import Streams
-from touchdown.types import FloatArray, IntArray, Steps
+from touchdown.types import FloatArray, IntArray, Params, Steps
+
+# What noise is for. Large, as JAX folds a small number in as it splits that part off, and the
+# first weights' keys are split off the same seed.
+_LEARNING, _LOOKING, _ACTING = 1_000_001, 1_000_002, 1_000_003
 
 
 def make_network(config: Config, spaces: Spaces) -> QNetwork:
     """The Q-network that the config describes for a world."""
     return QNetwork(spaces.observation_size, spaces.num_actions, config.network)
+
+
+class NoiseSource(NamedTuple):
+    """What samples of noisy weights follow from: kept as plain numbers, as calls to JAX are slow.
+
+    The number goes through checkpoints, so that a restored agent draws what it would have drawn.
+    """
+
+    seed: np.uint32
+    number: int | jax.Array
+
+    def key(self, purpose: int) -> PRNGKeyArray:
+        """The key of one sample (inside a compiled function)."""
+        of_purpose = jax.random.fold_in(jax.random.key(self.seed), purpose)
+        return jax.random.fold_in(of_purpose, self.number)
 
 
 def _proportional(config: ReplayConfig) -> Proportional | None:
@@ -73,10 +92,24 @@ class DQNAgent:
         self.epsilon = 1.0
         self._epsilon_of = exploration.make_schedule(config.exploration)
         self._next_q: jax.Array | None = None  # [N, A] for the coming actions, if known already
-        self._values = self.model.values
-        self._learn = self._compile()
+        self._values = self._compile_values()
+        self._learn = self._compile_learning()
 
-    def _compile(self) -> Any:
+    def _noise(self, number: int) -> NoiseSource | None:
+        config = self._config
+        return NoiseSource(np.uint32(config.seed), number) if config.network.noisy else None
+
+    def _compile_values(self) -> Any:
+        network = self.model
+        if not network.config.noisy:
+            return lambda params, observations, _: network.values(params, observations)
+
+        def noisy_values(params: Params, observations: jax.Array, source: NoiseSource) -> jax.Array:
+            return network.apply(params, observations, source.key(_ACTING))
+
+        return jax.jit(noisy_values)
+
+    def _compile_learning(self) -> Any:
         update = make_update(self.model, self._config.learning)
 
         def learn_and_look(
@@ -85,21 +118,28 @@ class DQNAgent:
             weights: Float[jax.Array, "K B"] | None,
             observations: Float[jax.Array, "N D"],
             measured: bool,
+            source: NoiseSource | None,
         ) -> tuple[Updated, Float[jax.Array, "N A"]]:
             def learn(
-                state: LearnerState, drawn: tuple[Batch, Weights | None]
+                state: LearnerState, drawn: tuple[Batch, Weights | None, jax.Array]
             ) -> tuple[LearnerState, tuple[Metrics | None, jax.Array]]:
-                updated = update(state, *drawn, measured)
+                batch, weights, ahead = drawn
+                noise = None
+                if source is not None:
+                    noise = NoiseSource(source.seed, source.number + ahead).key(_LEARNING)
+                updated = update(state, batch, weights, measured, noise)
                 return updated.state, (updated.metrics, updated.td_error)
 
+            count = len(batches)
             state, (metrics, td_error) = jax.lax.scan(
-                learn, state, (batches, weights), unroll=len(batches) == 1
+                learn, state, (batches, weights, jnp.arange(count)), unroll=count == 1
             )
             if metrics is not None:
                 metrics = Metrics(*(values[-1] for values in metrics))
             # the values for the next actions come from the same call: a second one would cost
             # as much again as the arithmetic of a small network
-            q = self.model.apply(state.online_params, observations)
+            noise = None if source is None else source.key(_LOOKING)
+            q = self.model.apply(state.online_params, observations, noise)
             return Updated(state, metrics, td_error), q
 
         return jax.jit(learn_and_look, donate_argnums=0, static_argnums=4)
@@ -109,13 +149,17 @@ class DQNAgent:
         self.epsilon = self._epsilon_of(ended, self.observations)
 
     def act(self, observations: FloatArray) -> IntArray:
-        """ε-greedy actions (Algorithm 2, line 4): [N, D] to [N]."""
+        """ε-greedy actions (Algorithm 2, line 4), by noisy weights where the network has them.
+
+        [N, D] to [N].
+        """
         explores = exploration.explore(self.epsilon, len(observations), self._streams.exploration)
         actions = np.zeros(len(observations), np.int64)
         if not explores.all():
             q = self._next_q
             if q is None:
-                q = cast(jax.Array, self._values(self.state.online_params, observations))
+                noise = self._noise(self.observations)
+                q = cast(jax.Array, self._values(self.state.online_params, observations, noise))
             actions = np.asarray(q).argmax(axis=1)
         count = np.count_nonzero(explores)
         if count:
@@ -179,7 +223,8 @@ class DQNAgent:
         before, self.updates = self.updates, self.updates + count
         period = self._config.training.metrics_period
         measured = self.updates // period != before // period
-        updated, self._next_q = self._learn(self.state, words, weights, following, measured)
+        noise = self._noise(before)
+        updated, self._next_q = self._learn(self.state, words, weights, following, measured, noise)
         self.state, metrics, td_errors = updated
         if weights is not None:
             errors: FloatArray = np.asarray(td_errors)

@@ -1,13 +1,13 @@
 """The learner's state as a value, and the update that makes a new one (Algorithm 2, lines 7-12)."""
 
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple, Protocol, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import optax
-from jaxtyping import Float
+from jaxtyping import Float, PRNGKeyArray
 from numpy.typing import NDArray
 
 from touchdown.agents import td
@@ -25,7 +25,10 @@ class LearnerState(NamedTuple):
 
 
 class Metrics(NamedTuple):
-    """What one update saw. Q values and the loss are in units of the scaled reward."""
+    """What one update saw. Q values and the loss are in units of the scaled reward.
+
+    The loss of atoms is a cross entropy, in nats.
+    """
 
     loss: jax.Array
     mean_q: jax.Array
@@ -43,7 +46,33 @@ class Updated(NamedTuple):
 
 Batch = Float[jax.Array, "B W"]
 Weights = Float[jax.Array, " B"]
-Update = Callable[[LearnerState, Batch, Weights | None, bool], Updated]
+
+
+class Noise(NamedTuple):
+    """Keys of an update's samples of noisy weights; None where the weights are not noisy."""
+
+    tm1: PRNGKeyArray | None  # of the online network, of what was done
+    t: PRNGKeyArray | None  # of the network that bootstraps
+    selection: PRNGKeyArray | None  # of the online network, where it selects the next action
+
+
+Losses = Callable[[Params, Params, Transition, Noise], tuple[jax.Array, jax.Array, jax.Array]]
+"""Losses [B], Q(s,·) [B, A] and TD errors [B] of online and bootstrapping weights on a batch."""
+
+
+class Update(Protocol):
+    """A new learner state from a minibatch."""
+
+    def __call__(
+        self,
+        state: LearnerState,
+        words: Batch,
+        weights: Weights | None,
+        measured: bool,
+        noise: PRNGKeyArray | None = None,
+    ) -> Updated:
+        """Update once; `noise` is the key for noisy weights, None where they are not noisy."""
+        ...
 
 
 def make_optimizer(config: LearningConfig) -> optax.GradientTransformation:
@@ -116,57 +145,97 @@ def losses_of(td_error: Float[jax.Array, " B"], kind: str) -> Float[jax.Array, "
     return jnp.square(td_error) if kind == "mse" else optax.huber_loss(td_error)
 
 
-def make_update(network: QNetwork, config: LearningConfig) -> Update:
-    """A pure update of one minibatch, to be compiled by the caller.
+def _losses_by_network(network: QNetwork, config: LearningConfig) -> Losses:
+    """Losses by what the network's outputs are: values, quantiles or atoms."""
 
-    Its last argument says whether it measures, and is part of what is compiled: metrics that
-    nobody writes down would cost a twentieth of the update.
-    """
-    optimizer = make_optimizer(config)
-
-    def expected(
-        online: Params, bootstrap: Params, batch: Transition
+    def by_values(
+        online: Params, bootstrap: Params, batch: Transition, noise: Noise
     ) -> tuple[jax.Array, jax.Array, jax.Array]:
-        q_tm1 = network.apply(online, batch.o_tm1)
-        q_t = jax.lax.stop_gradient(network.apply(bootstrap, batch.o_t))
+        q_tm1 = network.apply(online, batch.o_tm1, noise.tm1)
+        q_t = jax.lax.stop_gradient(network.apply(bootstrap, batch.o_t, noise.t))
         taken = batch.a_tm1, batch.r_t, batch.discount_t
         if config.double:
-            q_t_online = jax.lax.stop_gradient(network.apply(online, batch.o_t))
+            q_t_online = jax.lax.stop_gradient(network.apply(online, batch.o_t, noise.selection))
             td_error = td.double_q_error(q_tm1, *taken, q_t_online, q_t)
         else:
             td_error = td.q_error(q_tm1, *taken, q_t)
         return losses_of(td_error, config.loss), q_tm1, td_error
 
-    def distributed(
-        online: Params, bootstrap: Params, batch: Transition
+    def by_quantiles(
+        online: Params, bootstrap: Params, batch: Transition, noise: Noise
     ) -> tuple[jax.Array, jax.Array, jax.Array]:
-        theta_tm1 = network.quantiles(online, batch.o_tm1)
-        theta_t = jax.lax.stop_gradient(network.quantiles(bootstrap, batch.o_t))
-        q_t = network.apply(online, batch.o_t) if config.double else theta_t.mean(axis=-1)
-        taken = td.quantiles_of(theta_tm1, batch.a_tm1)
-        best = td.quantiles_of(theta_t, jax.lax.stop_gradient(q_t).argmax(axis=-1))
+        theta_tm1 = network.quantiles(online, batch.o_tm1, noise.tm1)
+        theta_t = jax.lax.stop_gradient(network.quantiles(bootstrap, batch.o_t, noise.t))
+        taken = td.of_action(theta_tm1, batch.a_tm1)
+        best = best_of(theta_t, theta_t.mean(axis=-1), online, batch, noise)
         target = batch.r_t[:, None] + batch.discount_t[:, None] * best
         td_error = target.mean(axis=-1) - taken.mean(axis=-1)
         return td.quantile_loss(taken, target), theta_tm1.mean(axis=-1), td_error
 
-    losses_and_q = distributed if network.config.quantiles else expected
+    def by_atoms(
+        online: Params, bootstrap: Params, batch: Transition, noise: Noise
+    ) -> tuple[jax.Array, jax.Array, jax.Array]:
+        z = network.support
+        log_p_tm1 = network.log_probabilities(online, batch.o_tm1, noise.tm1)
+        log_p_t = network.log_probabilities(bootstrap, batch.o_t, noise.t)
+        p_t = jax.lax.stop_gradient(jnp.exp(log_p_t))
+        taken = td.of_action(log_p_tm1, batch.a_tm1)
+        best = best_of(p_t, p_t @ z, online, batch, noise)
+        target = td.categorical_projection(z, best, batch.r_t, batch.discount_t)
+        td_error = target @ z - jnp.exp(taken) @ z
+        return td.categorical_loss(taken, target), jnp.exp(log_p_tm1) @ z, td_error
+
+    def best_of(
+        outputs: Float[jax.Array, "B A Z"],
+        q_t: Float[jax.Array, "B A"],
+        online: Params,
+        batch: Transition,
+        noise: Noise,
+    ) -> Float[jax.Array, "B Z"]:
+        """What the bootstrapping network gives the next action; `double` lets the online select."""
+        if config.double:
+            q_t = network.apply(online, batch.o_t, noise.selection)
+        return td.of_action(outputs, jax.lax.stop_gradient(q_t).argmax(axis=-1))
+
+    if network.config.atoms:
+        return by_atoms
+    return by_quantiles if network.config.quantiles else by_values
+
+
+def make_update(network: QNetwork, config: LearningConfig) -> Update:
+    """A pure update of one minibatch, to be compiled by the caller.
+
+    Its argument `measured` is part of what is compiled: metrics that nobody writes down would cost
+    a twentieth of the update.
+    """
+    optimizer = make_optimizer(config)
+    losses_and_q = _losses_by_network(network, config)
 
     def loss_and_q(
-        online: Params, bootstrap: Params, batch: Transition, weights: Weights | None
+        online: Params,
+        bootstrap: Params,
+        batch: Transition,
+        weights: Weights | None,
+        noise: Noise,
     ) -> tuple[jax.Array, tuple[jax.Array, jax.Array]]:
         scaled = batch._replace(r_t=batch.r_t * config.reward_scale)
-        losses, q_tm1, td_error = losses_and_q(online, bootstrap, scaled)
+        losses, q_tm1, td_error = losses_and_q(online, bootstrap, scaled, noise)
         loss = jnp.mean(losses if weights is None else weights * losses)
         return loss, (q_tm1, td_error)
 
     def update(
-        state: LearnerState, words: Batch, weights: Weights | None, measured: bool
+        state: LearnerState,
+        words: Batch,
+        weights: Weights | None,
+        measured: bool,
+        noise: PRNGKeyArray | None = None,
     ) -> Updated:
         batch = unpack_transitions(words, network.observation_size)
         online = state.online_params
         bootstrap = online if state.target_params is None else state.target_params
         gradient_of = jax.value_and_grad(loss_and_q, has_aux=True)
-        (loss, (q_tm1, td_error)), gradient = gradient_of(online, bootstrap, batch, weights)
+        keys = Noise(*((None,) * 3 if noise is None else jax.random.split(noise, 3)))
+        (loss, (q_tm1, td_error)), gradient = gradient_of(online, bootstrap, batch, weights, keys)
         step, opt_state = optimizer.update(gradient, state.opt_state, online)
         new_state = state._replace(
             online_params=optax.apply_updates(online, step),

@@ -1,8 +1,8 @@
 """TD errors: one equation a function, in the field's notation.
 
-Shapes: B transitions, A actions. γ is inside `discount_t`, which is 0 where the world ended; a
-truncated step keeps its discount. Nothing here stops gradients: the caller differentiates only
-with respect to what it means to learn.
+Shapes: B transitions, A actions, Z quantiles or atoms. γ is inside `discount_t`, which is 0 where
+the world ended; a truncated step keeps its discount. Nothing here stops gradients: the caller
+differentiates only with respect to what it means to learn.
 """
 
 import jax
@@ -28,7 +28,7 @@ def q_error(
         discount_t: γ, or 0 where the world ended.
         q_t: Q(s′,·) of the network that bootstraps: the same one, or the target network.
     """
-    return r_t + discount_t * q_t.max(axis=-1) - value_of(q_tm1, a_tm1)
+    return r_t + discount_t * q_t.max(axis=-1) - of_action(q_tm1, a_tm1)
 
 
 def double_q_error(
@@ -41,16 +41,12 @@ def double_q_error(
 ) -> Float[Array, " B"]:
     """δ = r + γ·Q̄(s′, argmaxₐ Q(s′,a)) − Q(s,a)   (van Hasselt, Guez & Silver, 2016).
 
-    Args:
-        q_tm1: Q(s,·) of the network that learns.
-        a_tm1: actions taken.
-        r_t: rewards.
-        discount_t: γ, or 0 where the world ended.
+    Args as `q_error`'s, but for:
         q_t_online: Q(s′,·) of the network that learns: it selects.
         q_t_target: Q̄(s′,·) of the target network: it evaluates.
     """
-    bootstrap = value_of(q_t_target, q_t_online.argmax(axis=-1))
-    return r_t + discount_t * bootstrap - value_of(q_tm1, a_tm1)
+    selected = of_action(q_t_target, q_t_online.argmax(axis=-1))
+    return q_error(q_tm1, a_tm1, r_t, discount_t, selected[:, None])  # the best of one is that one
 
 
 def quantile_loss(
@@ -69,12 +65,45 @@ def quantile_loss(
     return jnp.sum(jnp.mean(slope * optax.huber_loss(u), axis=2), axis=1)
 
 
-def quantiles_of(theta: Float[Array, "B A Z"], a: Int[Array, " B"]) -> Float[Array, "B Z"]:
-    """θ(s,a) of one action in each row."""
-    return jnp.sum(theta * jax.nn.one_hot(a, theta.shape[1])[:, :, None], axis=1)
+def categorical_projection(
+    support: Float[Array, " Z"],
+    p_t: Float[Array, "B Z"],
+    r_t: Float[Array, " B"],
+    discount_t: Float[Array, " B"],
+) -> Float[Array, "B Z"]:
+    """Φᵢ = Σⱼ pⱼ·[1 − |r + γ·zⱼ − zᵢ| / Δz]₀   (Bellemare, Dabney & Munos, 2017, Eq. 7).
+
+    What r + γ·zⱼ, cut to the support's ends, has of probability goes to the atoms on both sides.
+
+    Args:
+        support: z, atoms at equal distances Δz, least first.
+        p_t: probabilities of the atoms at s′.
+        r_t: rewards.
+        discount_t: γ, or 0 where the world ended.
+    """
+    count = len(support)
+    least, greatest = support[0], support[-1]
+    moved = jnp.clip(r_t[:, None] + discount_t[:, None] * support, least, greatest)  # [B, Zⱼ]
+    place = (moved - least) * ((count - 1) / (greatest - least))  # bⱼ, from 0 to Z − 1
+    # a product with all pairs, not a scatter to two places: faster on a CPU, alike on any device
+    share = jnp.maximum(1 - jnp.abs(place[:, :, None] - jnp.arange(count)), 0)  # [B, Zⱼ, Zᵢ]
+    return jnp.einsum("bji,bj->bi", share, p_t, precision="highest")
 
 
-def value_of(q: Float[Array, "B A"], a: Int[Array, " B"]) -> Float[Array, " B"]:
-    """Q(s,a) of one action in each row."""
+def categorical_loss(
+    log_p_tm1: Float[Array, "B Z"], target_p: Float[Array, "B Z"]
+) -> Float[Array, " B"]:
+    """−Σᵢ Φᵢ·log pᵢ(s,a)   (Bellemare, Dabney & Munos, 2017, Algorithm 1).
+
+    Args:
+        log_p_tm1: logarithms of the atoms' probabilities for the action taken.
+        target_p: Φ, the projected probabilities that they are pulled to.
+    """
+    return -jnp.sum(target_p * log_p_tm1, axis=-1)
+
+
+def of_action(outputs: Float[Array, "B A ..."], a: Int[Array, " B"]) -> Float[Array, "B ..."]:
+    """Q(s,a), or θ(s,a), of one action in each row."""
     # a product, not an index: on a CPU the gradient of an index is a slow scatter
-    return jnp.sum(q * jax.nn.one_hot(a, q.shape[-1]), axis=-1)
+    chosen = jax.nn.one_hot(a, outputs.shape[1])
+    return jnp.sum(outputs * jnp.expand_dims(chosen, tuple(range(2, outputs.ndim))), axis=1)
