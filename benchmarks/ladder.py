@@ -29,7 +29,7 @@ from touchdown.runs.train import Trainer
 from touchdown.seeding import TEST_STARTS
 from touchdown.stats.summary import bootstrap_iqm
 
-RUNGS = [name for name in presets.PRESETS if presets.on_the_lander(name)]
+RUNGS = [name for name, config in presets.PRESETS.items() if config.env_id == "LunarLander-v3"]
 
 
 def config_of(preset: str, seed: int, observations: int) -> Config:

@@ -14,7 +14,6 @@ device.use("cpu")  # before anything below computes
 
 import jax  # noqa: E402
 
-from touchdown.agents.agent import Spaces  # noqa: E402
 from touchdown.agents.dqn import DQNAgent  # noqa: E402
 from touchdown.agents.networks import QNetwork  # noqa: E402
 from touchdown.config import (  # noqa: E402
@@ -26,6 +25,7 @@ from touchdown.config import (  # noqa: E402
     TrainingConfig,
 )
 from touchdown.seeding import streams  # noqa: E402
+from touchdown.types import Spaces  # noqa: E402
 
 # the same examples every time, however slow or busy the machine
 hypothesis.settings.register_profile(
@@ -52,7 +52,7 @@ def _compile_once(tmp_path_factory: pytest.TempPathFactory) -> None:
 @pytest.fixture(scope="session")
 def network() -> QNetwork:
     """The network of the agents here."""
-    return QNetwork(*SPACES, NetworkConfig(hidden_sizes=HIDDEN_SIZES))
+    return QNetwork(*SPACES[:2], NetworkConfig(hidden_sizes=HIDDEN_SIZES))
 
 
 @pytest.fixture(scope="session")

@@ -267,6 +267,11 @@ class LearningConfig:
                 "double = True: must have a target network to evaluate; "
                 "set target_period or polyak above 0"
             )
+        if self.double and self.target != "q-learning":
+            raise ValueError(
+                f"double = True: must be False beside target = {self.target!r}; nothing is left to "
+                "select where the next action is given"
+            )
 
     @property
     def has_target(self) -> bool:

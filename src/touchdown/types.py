@@ -1,5 +1,6 @@
 """The values that the parts hand each other."""
 
+from collections.abc import Mapping
 from typing import Any, Literal, NamedTuple, Protocol
 
 import jax
@@ -23,6 +24,22 @@ class Pilot(Protocol):
     def act(self, observations: FloatArray) -> IntArray:
         """An action for each observation: [N, D] to [N]."""
         ...
+
+
+class Spaces(NamedTuple):
+    """What an agent is told of a world."""
+
+    observation_size: int
+    """D"""
+    num_actions: int
+    """A"""
+    num_states: int | None = None
+    """Of a Discrete world, whose observations are one-hot, D of them; None of a Box."""
+    low: tuple[float, ...] = ()
+    """The least and the greatest of each dimension of a Box, [D]; infinite where there is none."""
+    high: tuple[float, ...] = ()
+    transitions: Mapping[int, Mapping[int, Any]] | None = None
+    """What may follow a state and an action, as Gymnasium's toy worlds have it; None of others."""
 
 
 class Steps(NamedTuple):

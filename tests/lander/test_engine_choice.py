@@ -40,7 +40,7 @@ def test_without_ours_stock_flies_and_says_so_once(monkeypatch):
 @pytest.mark.usefixtures("nothing_chosen")
 def test_other_worlds_are_stock_whatever_flies_the_lander():
     world = lander.make("CartPole-v1", engine="exact")
-    assert (world.observation_size, world.num_actions) == (4, 2)
+    assert world.spaces[:2] == (4, 2)
 
 
 @pytest.mark.usefixtures("nothing_chosen")

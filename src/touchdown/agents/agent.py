@@ -1,20 +1,13 @@
 """What a run asks of an agent, whatever it learns and however."""
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 from numpy.typing import NDArray
 
 from touchdown.types import FloatArray, IntArray, Pilot, Steps
 
 Tensors = dict[str, NDArray[Any]]
-
-
-class Spaces(NamedTuple):
-    """The sizes that a world gives an agent."""
-
-    observation_size: int
-    num_actions: int
 
 
 class Model(Protocol):
@@ -47,7 +40,11 @@ class Agent(Protocol):
     observations: int
     """Environment steps observed so far."""
     updates: int
-    epsilon: float
+
+    @property
+    def epsilon(self) -> float:
+        """Probability of a random action."""
+        ...
 
     @property
     def model(self) -> Model:

@@ -8,8 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, PRNGKeyArray
 
-from touchdown.agents import exploration
-from touchdown.agents.agent import Spaces, Tensors
+from touchdown.agents.agent import Tensors
+from touchdown.agents.exploration import EpsilonGreedy
 from touchdown.agents.learner import (
     Batch,
     LearnerState,
@@ -23,20 +23,20 @@ from touchdown.agents.learner import (
     tensors_of,
 )
 from touchdown.agents.networks import QNetwork
-from touchdown.config import Config, ReplayConfig
+from touchdown.config import Config, NetworkConfig, ReplayConfig
 from touchdown.memory.n_step import NStep
 from touchdown.memory.replay import Proportional, Replay
 from touchdown.seeding import Streams
-from touchdown.types import FloatArray, IntArray, Params, Steps
+from touchdown.types import FloatArray, IntArray, Params, Spaces, Steps
 
 # What noise is for. Large, as JAX folds a small number in as it splits that part off, and the
 # first weights' keys are split off the same seed.
 _LEARNING, _LOOKING, _ACTING = 1_000_001, 1_000_002, 1_000_003
 
 
-def make_network(config: Config, spaces: Spaces) -> QNetwork:
+def make_network(config: NetworkConfig, spaces: Spaces) -> QNetwork:
     """The Q-network that the config describes for a world."""
-    return QNetwork(spaces.observation_size, spaces.num_actions, config.network)
+    return QNetwork(spaces.observation_size, spaces.num_actions, config)
 
 
 class NoiseSource(NamedTuple):
@@ -71,9 +71,8 @@ class DQNAgent:
 
     def __init__(self, config: Config, spaces: Spaces, streams: Streams) -> None:
         self._config = config
-        self._spaces = spaces
         self._streams = streams
-        self.model = make_network(config, spaces)
+        self.model = make_network(config.network, spaces)
         self.state = init_learner(self.model, config.learning, config.seed)
         self.memory = Replay(
             config.replay.capacity,
@@ -89,8 +88,7 @@ class DQNAgent:
         ]
         self.observations = 0
         self.updates = 0
-        self.epsilon = 1.0
-        self._epsilon_of = exploration.make_schedule(config.exploration)
+        self._explorer = EpsilonGreedy(config.exploration, spaces.num_actions, streams.exploration)
         self._next_q: jax.Array | None = None  # [N, A] for the coming actions, if known already
         self._values = self._compile_values()
         self._learn = self._compile_learning()
@@ -102,7 +100,7 @@ class DQNAgent:
     def _compile_values(self) -> Any:
         network = self.model
         if not network.config.noisy:
-            return lambda params, observations, _: network.values(params, observations)
+            return network.values
 
         def noisy_values(params: Params, observations: jax.Array, source: NoiseSource) -> jax.Array:
             return network.apply(params, observations, source.key(_ACTING))
@@ -144,28 +142,28 @@ class DQNAgent:
 
         return jax.jit(learn_and_look, donate_argnums=0, static_argnums=4)
 
+    @property
+    def epsilon(self) -> float:
+        """Probability of a random action."""
+        return self._explorer.epsilon
+
     def begin_episode(self, ended: int) -> None:
         """Set ε, where its schedule counts episodes."""
-        self.epsilon = self._epsilon_of(ended, self.observations)
+        self._explorer.begin_episode(ended, self.observations)
 
     def act(self, observations: FloatArray) -> IntArray:
         """ε-greedy actions (Algorithm 2, line 4), by noisy weights where the network has them.
 
         [N, D] to [N].
         """
-        explores = exploration.explore(self.epsilon, len(observations), self._streams.exploration)
-        actions = np.zeros(len(observations), np.int64)
-        if not explores.all():
-            q = self._next_q
-            if q is None:
-                noise = self._noise(self.observations)
-                q = cast(jax.Array, self._values(self.state.online_params, observations, noise))
-            actions = np.asarray(q).argmax(axis=1)
-        count = np.count_nonzero(explores)
-        if count:
-            draw = self._streams.exploration.integers
-            actions[explores] = draw(self._spaces.num_actions, size=count)
-        return actions
+        return self._explorer.act(len(observations), lambda: self._q_of(observations))
+
+    def _q_of(self, observations: FloatArray) -> FloatArray:
+        q = self._next_q
+        if q is None:
+            noise = self._noise(self.observations)
+            q = cast(jax.Array, self._values(self.state.online_params, observations, noise))
+        return np.asarray(q)
 
     def observe(
         self, o_tm1: FloatArray, a_tm1: IntArray, steps: Steps, following: FloatArray
@@ -187,8 +185,7 @@ class DQNAgent:
         period = learning.target_period
         if period and self.observations // period != before // period:
             self.state = copy_target(self.state)
-        if self._config.exploration.schedule == "linear":
-            self.epsilon = self._epsilon_of(0, self.observations)
+        self._explorer.observed(self.observations)
         return metrics
 
     def _remember(self, o_tm1: FloatArray, a_tm1: IntArray, steps: Steps) -> None:
@@ -230,16 +227,11 @@ class DQNAgent:
             errors: FloatArray = np.asarray(td_errors)
             for sample, td_error in zip(drawn, errors, strict=True):
                 self.memory.learnt(sample.indices, td_error)
-        return None if metrics is None else self._measured(metrics)
-
-    def _measured(self, metrics: Metrics) -> dict[str, float]:
-        scale = self._config.learning.reward_scale
+        if metrics is None:
+            return None
         shares = self.memory.shares()
         return {
-            "loss": float(metrics.loss),
-            "mean_q": float(metrics.mean_q) / scale,
-            "max_q": float(metrics.max_q) / scale,
-            "gradient_norm": float(metrics.gradient_norm),
+            **metrics.to_floats(self._config.learning.reward_scale),
             "rewarded_share": shares.rewarded,
             "terminal_share": shares.terminal,
         }
@@ -286,4 +278,4 @@ class DQNAgent:
         next_q = tensors["acting"].get("next_q")
         self._next_q = None if next_q is None else jnp.array(next_q)
         self.observations, self.updates = facts["observations"], facts["updates"]
-        self.epsilon = float(facts["epsilon"])
+        self._explorer.epsilon = float(facts["epsilon"])

@@ -7,6 +7,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from touchdown.config import ExplorationConfig
+from touchdown.types import FloatArray, IntArray
 
 Schedule = Callable[[int], float]
 """ε as a function of time: of observations or of episodes, as each schedule says."""
@@ -52,3 +53,43 @@ def make_schedule(config: ExplorationConfig) -> Callable[[int, int], float]:
         case "exponential":
             schedule = exponential(config.epsilon_start, config.epsilon_end, config.epsilon_decay)
             return lambda episode, _observations: schedule(episode)
+
+
+class EpsilonGreedy:
+    """Chooses actions in N worlds (Eq. 3), and keeps ε at what its schedule says.
+
+    Args:
+        config: the schedule.
+        num_actions: A.
+        rng: draws whether to explore, and what.
+    """
+
+    def __init__(self, config: ExplorationConfig, num_actions: int, rng: Generator) -> None:
+        self.epsilon = 1.0
+        self._epsilon_of = make_schedule(config)
+        self._by_observations = config.schedule == "linear"
+        self._num_actions = num_actions
+        self._rng = rng
+
+    def begin_episode(self, ended: int, observations: int) -> None:
+        """An episode begins after `ended` others and so many observations."""
+        self.epsilon = self._epsilon_of(ended, observations)
+
+    def observed(self, observations: int) -> None:
+        """There are so many observations now."""
+        if self._by_observations:
+            self.epsilon = self._epsilon_of(0, observations)
+
+    def act(self, count: int, values: Callable[[], FloatArray]) -> IntArray:
+        """Actions of `count` worlds, [N].
+
+        Args:
+            count: N.
+            values: gives Q(s,·) of each world, [N, A]; asked only where an action hangs on it.
+        """
+        explores = explore(self.epsilon, count, self._rng)
+        number = np.count_nonzero(explores)
+        actions = np.zeros(count, np.int64) if number == count else values().argmax(axis=1)
+        if number:
+            actions[explores] = self._rng.integers(self._num_actions, size=number)
+        return actions

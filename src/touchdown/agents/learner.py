@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import optax
-from jaxtyping import Float, PRNGKeyArray
+from jaxtyping import Float, Int, PRNGKeyArray
 from numpy.typing import NDArray
 
 from touchdown.agents import td
@@ -34,6 +34,15 @@ class Metrics(NamedTuple):
     mean_q: jax.Array
     max_q: jax.Array
     gradient_norm: jax.Array
+
+    def to_floats(self, reward_scale: float) -> dict[str, float]:
+        """By name, for the records; values in units of the reward, whatever scale is learnt in."""
+        return {
+            "loss": float(self.loss),
+            "mean_q": float(self.mean_q) / reward_scale,
+            "max_q": float(self.max_q) / reward_scale,
+            "gradient_norm": float(self.gradient_norm),
+        }
 
 
 class Updated(NamedTuple):
@@ -157,6 +166,8 @@ def _losses_by_network(network: QNetwork, config: LearningConfig) -> Losses:
         if config.double:
             q_t_online = jax.lax.stop_gradient(network.apply(online, batch.o_t, noise.selection))
             td_error = td.double_q_error(q_tm1, *taken, q_t_online, q_t)
+        elif config.target == "sarsa":
+            td_error = td.sarsa_error(q_tm1, *taken, q_t, batch.a_t)
         else:
             td_error = td.q_error(q_tm1, *taken, q_t)
         return losses_of(td_error, config.loss), q_tm1, td_error
@@ -193,6 +204,8 @@ def _losses_by_network(network: QNetwork, config: LearningConfig) -> Losses:
         noise: Noise,
     ) -> Float[jax.Array, "B Z"]:
         """What the bootstrapping network gives the next action; `double` lets the online select."""
+        if config.target == "sarsa":
+            return td.of_action(outputs, batch.a_t)
         if config.double:
             q_t = network.apply(online, batch.o_t, noise.selection)
         return td.of_action(outputs, jax.lax.stop_gradient(q_t).argmax(axis=-1))
@@ -249,3 +262,39 @@ def make_update(network: QNetwork, config: LearningConfig) -> Update:
         return Updated(new_state, metrics, td_error)
 
     return update
+
+
+def make_fit(
+    network: QNetwork, config: LearningConfig
+) -> Callable[
+    [LearnerState, Float[jax.Array, "B D"], Int[jax.Array, " B"], Float[jax.Array, " B"]],
+    tuple[LearnerState, Metrics],
+]:
+    """A pure update of Q(s,a) towards targets that are given, to be compiled by the caller."""
+    optimizer = make_optimizer(config)
+
+    def loss_and_q(
+        online: Params,
+        o_tm1: Float[jax.Array, "B D"],
+        a_tm1: Int[jax.Array, " B"],
+        target: Float[jax.Array, " B"],
+    ) -> tuple[jax.Array, jax.Array]:
+        q_tm1 = network.apply(online, o_tm1)
+        td_error = target - td.of_action(q_tm1, a_tm1)
+        return jnp.mean(losses_of(td_error, config.loss)), q_tm1
+
+    def fit(
+        state: LearnerState,
+        o_tm1: Float[jax.Array, "B D"],
+        a_tm1: Int[jax.Array, " B"],
+        target: Float[jax.Array, " B"],
+    ) -> tuple[LearnerState, Metrics]:
+        online = state.online_params
+        gradient_of = jax.value_and_grad(loss_and_q, has_aux=True)
+        (loss, q_tm1), gradient = gradient_of(online, o_tm1, a_tm1, target)
+        step, opt_state = optimizer.update(gradient, state.opt_state, online)
+        metrics = Metrics(loss, q_tm1.mean(), q_tm1.max(), jnp.linalg.norm(gradient))
+        online = optax.apply_updates(online, step)
+        return state._replace(online_params=online, opt_state=opt_state), metrics
+
+    return fit

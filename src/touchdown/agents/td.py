@@ -31,6 +31,27 @@ def q_error(
     return r_t + discount_t * q_t.max(axis=-1) - of_action(q_tm1, a_tm1)
 
 
+def sarsa_error(
+    q_tm1: Float[Array, "B A"],
+    a_tm1: Int[Array, " B"],
+    r_t: Float[Array, " B"],
+    discount_t: Float[Array, " B"],
+    q_t: Float[Array, "B A"],
+    a_t: Int[Array, " B"],
+) -> Float[Array, " B"]:
+    """δ = r + γ·Q(s′,a′) − Q(s,a)   (Rummery & Niranjan, 1994; the paper's appendix A).
+
+    Args:
+        q_tm1: Q(s,·) of the network that learns.
+        a_tm1: actions taken.
+        r_t: rewards.
+        discount_t: γ, or 0 where the world ended.
+        q_t: Q(s′,·) of the network that bootstraps.
+        a_t: actions that were taken next.
+    """
+    return r_t + discount_t * of_action(q_t, a_t) - of_action(q_tm1, a_tm1)
+
+
 def double_q_error(
     q_tm1: Float[Array, "B A"],
     a_tm1: Int[Array, " B"],
@@ -47,6 +68,37 @@ def double_q_error(
     """
     selected = of_action(q_t_target, q_t_online.argmax(axis=-1))
     return q_error(q_tm1, a_tm1, r_t, discount_t, selected[:, None])  # the best of one is that one
+
+
+def lambda_returns(
+    r_t: Float[Array, "T N"],
+    discount_t: Float[Array, "T N"],
+    best_t: Float[Array, "T N"],
+    truncated: Float[Array, "T N"],
+    trace_decay: float,
+) -> Float[Array, "T N"]:
+    """Gₜ = r + γ·[λ·Gₜ₊₁ + (1 − λ)·maxₐ Q(s′,a)]   (Peng & Williams, 1994; PQN's Q(λ)).
+
+    After the last step, and where an episode was cut off, what follows is maxₐ Q(s′,a) alone.
+
+    Args:
+        r_t: rewards of T steps.
+        discount_t: γ, or 0 where the world ended.
+        best_t: maxₐ Q(s′,a).
+        truncated: 1 where an episode was cut off, else 0.
+        trace_decay: λ.
+    """
+
+    def back(
+        following: Float[Array, " N"], step: tuple[Array, Array, Array, Array]
+    ) -> tuple[Float[Array, " N"], Float[Array, " N"]]:
+        reward, discount, best, cut = step
+        decay = trace_decay * (1 - cut)
+        value = reward + discount * (decay * following + (1 - decay) * best)
+        return value, value
+
+    steps = r_t, discount_t, best_t, truncated
+    return jax.lax.scan(back, best_t[-1], steps, reverse=True)[1]
 
 
 def quantile_loss(

@@ -7,9 +7,10 @@ from typing import Any, Literal, NamedTuple
 import gymnasium
 import numpy as np
 from gymnasium import spaces
+from gymnasium.wrappers import DtypeObservation, FlattenObservation, TimeLimit
 
 from touchdown.errors import UserError, one_line
-from touchdown.types import FloatArray, Outcome
+from touchdown.types import FloatArray, Outcome, Spaces
 
 LANDER_IDS = ("LunarLander-v3",)
 EXACT_ID = "touchdown/LunarLander-v3"
@@ -25,11 +26,10 @@ Env = gymnasium.Env[Any, Any]
 
 
 class World(NamedTuple):
-    """An environment and the sizes that an agent needs."""
+    """An environment and what an agent is told of it."""
 
     env: Env
-    observation_size: int
-    num_actions: int
+    spaces: Spaces
 
 
 def is_lander(env_id: str) -> bool:
@@ -95,6 +95,9 @@ def make(
 ) -> World:
     """A Gymnasium environment with a flat Box observation and Discrete actions.
 
+    A Discrete observation is made a Box: one-hot. A world without a time limit is cut off after
+    1,000 steps, for a greedy policy may go round in circles for ever.
+
     Args:
         env_id: Gymnasium's id.
         render_mode: Gymnasium's, `rgb_array` or `human`; for stock alone.
@@ -112,6 +115,12 @@ def make(
                 env = gymnasium.make(env_id, render_mode=render_mode, disable_env_checker=True)
     except (gymnasium.error.Error, ImportError, AttributeError, TypeError, ValueError) as error:
         raise UserError(f"env_id {env_id!r}: cannot be made: {one_line(error)}") from None
+    if env.spec is not None and env.spec.max_episode_steps is None:
+        env = TimeLimit(env, MAX_EPISODE_STEPS)
+    num_states = None
+    if isinstance(env.observation_space, spaces.Discrete):
+        num_states = int(env.observation_space.n)
+        env = DtypeObservation(FlattenObservation(env), np.float32)
     observation, action = env.observation_space, env.action_space
     if not isinstance(action, spaces.Discrete):
         env.close()
@@ -122,12 +131,20 @@ def make(
         env.close()
         raise UserError(
             f"env_id {env_id!r}: its observation space is {observation}; "
-            "a flat Box (one vector of numbers) is needed"
+            "a flat Box (one vector of numbers) or Discrete is needed"
         )
     if action.start != 0:
         env.close()
         raise UserError(f"env_id {env_id!r}: its actions are {action}; they must start at 0")
-    return World(env, observation.shape[0], int(action.n))
+    sizes = Spaces(
+        observation.shape[0],
+        int(action.n),
+        num_states,
+        tuple(observation.low.tolist()),
+        tuple(observation.high.tolist()),
+        getattr(env.unwrapped, "P", None),
+    )
+    return World(env, sizes)
 
 
 def _exact_lander(render_mode: str | None) -> Env:

@@ -15,8 +15,9 @@ from safetensors.numpy import save
 from touchdown import config as configs
 from touchdown import files
 from touchdown.agents.agent import Model
-from touchdown.agents.networks import QNetwork
-from touchdown.config import Config, NetworkConfig
+from touchdown.agents.dqn import make_network
+from touchdown.agents.table import QTable, states_of
+from touchdown.config import Config, NetworkConfig, TableConfig
 from touchdown.control.pid import PIDConfig, PIDPilot, Rule
 from touchdown.errors import UserError, one_line
 from touchdown.lander import env as lander
@@ -25,6 +26,7 @@ from touchdown.runs.folder import RunFolder
 from touchdown.types import FloatArray, IntArray, Pilot
 
 WEIGHTS_FORMAT_VERSION = 2
+_KINDS = {"network": NetworkConfig, "table": TableConfig}  # of model, by the key of its config
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +114,7 @@ def load(
     if name == "random":
         world = lander.make(env_id)
         world.env.close()
-        return NamedPilot(name, RandomPilot(world.num_actions), env_id)
+        return NamedPilot(name, RandomPilot(world.spaces.num_actions), env_id)
     if name == "heuristic":
         return NamedPilot(name, HeuristicPilot(), lander.LANDER_IDS[0])
     if name == "pid":
@@ -181,22 +183,32 @@ def load_weights(path: Path) -> NamedPilot:
         )
     try:
         env_id = metadata["env_id"]
-        shape = NetworkConfig(**json.loads(metadata["network"]))
+        described = {name: json.loads(metadata[name]) for name in _KINDS if name in metadata}
+        (model,) = (_KINDS[name](**values) for name, values in described.items())
     except (KeyError, TypeError, ValueError) as error:
         raise UserError(f"{path}: not a pilot's weights: {one_line(error)}") from None
     world = lander.make(env_id)
     world.env.close()
-    widest = max((tensor.size for tensor in tensors.values()), default=0)
-    if any(size > max(widest, 1) for size in (*shape.hidden_sizes, shape.quantiles)):
-        raise UserError(f"{path}: not a pilot's weights: they are fewer than {shape} has")
-    network = QNetwork(world.observation_size, world.num_actions, shape)
     try:
-        params = network.params_of(tensors)
+        if isinstance(model, TableConfig):
+            shape = QTable(states_of(model, world.spaces), world.spaces.num_actions, model)
+        else:
+            _check_sizes(model, tensors)
+            shape = make_network(model, world.spaces)
+        params = shape.params_of(tensors)
     except ValueError as error:
         raise UserError(
             f"{path}: not a pilot's weights for env_id {env_id!r}: {one_line(error)}"
         ) from None
-    return NamedPilot(path.stem, network.pilot(params), env_id)
+    return NamedPilot(path.stem, shape.pilot(params), env_id)
+
+
+def _check_sizes(shape: NetworkConfig, tensors: files.Tensors) -> None:
+    """Refuse a network that would need more than the file holds before it is made."""
+    widest = max((tensor.size for tensor in tensors.values()), default=0)
+    sizes = (*shape.hidden_sizes, shape.quantiles, shape.atoms)
+    if any(size > max(widest, 1) for size in sizes):
+        raise ValueError(f"they are fewer than {shape} has")
 
 
 def facts_of(path: Path) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from touchdown import files
-from touchdown.agents.agent import Agent, Spaces
+from touchdown.agents.agent import Agent
 from touchdown.agents.build import make_agent
 from touchdown.config import Config
 from touchdown.errors import Interrupted, UserError
@@ -127,8 +127,7 @@ class Trainer:
         self._slots = make_slots(config.env_id, config.training.num_envs, engine)
         resources.callback(self._slots.close)
         self._streams = streams(config.seed)
-        spaces = Spaces(world.observation_size, world.num_actions)
-        self._agent: Agent = make_agent(config, spaces, self._streams)
+        self._agent: Agent = make_agent(config, world.spaces, self._streams)
         self._budget = _Budget(config)
         self._progress = checkpoint.Progress(next_validation=config.training.validation_period)
         files.remove_temporaries([folder.path, folder.checkpoints])
