@@ -4,12 +4,14 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import closing
 
+import numpy as np
 from rich.console import Console
 
 from touchdown import device, files, progress, tables
 from touchdown.errors import Interrupted, UserError, one_line
-from touchdown.figures import curve
+from touchdown.figures import curve, policy
 from touchdown.figures import flights as flight_figure
+from touchdown.figures.grid_world import grid_of
 from touchdown.lander import env as lander
 from touchdown.lander import flight as flights
 from touchdown.lander import render
@@ -21,9 +23,10 @@ from touchdown.runs.evaluate import Fleet
 from touchdown.runs.evaluation import Evaluation
 from touchdown.runs.folder import DEFAULT_RUNS, RunFolder
 from touchdown.runs.pilots import NamedPilot
-from touchdown.runs.run import CURVE, FLIGHTS, GIF, MP4, PICTURES, Run, evaluations_of
+from touchdown.runs.run import CURVE, FLIGHTS, GIF, MP4, PICTURES, POLICY, Run, evaluations_of
 from touchdown.runs.train import Trainer
 from touchdown.seeding import TEST_STARTS
+from touchdown.types import ValuePilot
 
 OVERLAID = 6  # starts whose flights are drawn over each other: more hide each other
 _FLIGHT_RECORDS = "flights.safetensors"
@@ -94,6 +97,9 @@ def _completed(folder: RunFolder, shown: Console) -> Run:
                 note=f"{folder.name} is of the preset {config.preset}: {note}." if note else "",
             )
         )
+    text = _draw_policy(run)
+    if text:
+        shown.print(f"the policy learnt:\n{text}", markup=False, highlight=False)
     for path in run.pictures:
         shown.print(f"  {path}", soft_wrap=True, markup=False)
     return run
@@ -151,6 +157,19 @@ def _draw(run: Run, tested: Sequence[Evaluation], on_picture: Callable[[], objec
         f"{run.name} on {run.config.env_id}",
         threshold=evaluations.threshold_of(run.config.env_id),
     )
+
+
+def _draw_policy(run: Run) -> str:
+    """Draw what is done in each cell of a world of cells; gives it as text, nothing of others."""
+    pilot = run.pilot
+    world = lander.make(pilot.env_id)
+    world.env.close()
+    grid, num_states = grid_of(world.env), world.spaces.num_states
+    if grid is None or num_states is None or not isinstance(pilot.pilot, ValuePilot):
+        return ""
+    q = pilot.pilot.values(np.eye(num_states, dtype=np.float32))
+    policy.save_policy(run.path / POLICY, grid, q, f"{run.name} on {pilot.env_id}")
+    return policy.policy_text(grid, q)
 
 
 def _chosen_observations(run: Run) -> int:

@@ -56,7 +56,6 @@ _PILOT = _with(
 # as good as `pilot`, in a third of its time.
 _VECTOR = _with(
     _PILOT,
-    exploration={"schedule": "linear", "epsilon_end": 0.02, "epsilon_duration": 30_000},
     learning={"update_period": 4, "learning_rate_duration": 45_000},
     training={"num_envs": 16, "episodes": 1_000_000},
 )

@@ -1,7 +1,7 @@
 """The values that the parts hand each other."""
 
 from collections.abc import Mapping
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple, Protocol, runtime_checkable
 
 import jax
 import numpy as np
@@ -23,6 +23,15 @@ class Pilot(Protocol):
 
     def act(self, observations: FloatArray) -> IntArray:
         """An action for each observation: [N, D] to [N]."""
+        ...
+
+
+@runtime_checkable
+class ValuePilot(Pilot, Protocol):
+    """A pilot that knows what its actions are worth."""
+
+    def values(self, observations: FloatArray) -> FloatArray:
+        """Q(s,·) of each observation: [N, D] to [N, A]."""
         ...
 
 

@@ -244,22 +244,26 @@ class GreedyPilot:
 
     def __init__(self, network: QNetwork, params: FloatArray) -> None:
         self._params = jnp.asarray(params)
-        self._values = network.values
+        self._network_values = network.values
 
     def act(self, observations: FloatArray) -> IntArray:
-        """The best action of each observation: [N, D] to [N].
+        """The best action of each observation: [N, D] to [N]."""
+        return self.values(observations).argmax(axis=1)
 
-        Calls always have the same shape: one compilation serves all, and an action does not depend
+    def values(self, observations: FloatArray) -> FloatArray:
+        """Q(s,·) of each observation: [N, D] to [N, A].
+
+        Calls always have the same shape: one compilation serves all, and a value does not depend
         on how many observations came along (another shape may round another way).
         """
-        actions: list[IntArray] = []
+        values: list[FloatArray] = []
         for first in range(0, len(observations), _ROWS):
             rows = observations[first : first + _ROWS]
             padded = np.zeros((_ROWS, rows.shape[1]), np.float32)
             padded[: len(rows)] = rows
-            q = cast(jax.Array, self._values(self._params, padded))
-            actions.append(np.asarray(q)[: len(rows)].argmax(axis=1))
-        return np.concatenate(actions)
+            q = cast(jax.Array, self._network_values(self._params, padded))
+            values.append(np.asarray(q)[: len(rows)])
+        return np.concatenate(values)
 
 
 def _split(module: eqx.Module) -> tuple[Any, Any]:

@@ -102,7 +102,11 @@ class TablePilot:
 
     def act(self, observations: FloatArray) -> IntArray:
         """The best action of each observation: [N, D] to [N]."""
-        return self.q[self._states.states(observations)].argmax(axis=1)
+        return self.values(observations).argmax(axis=1)
+
+    def values(self, observations: FloatArray) -> FloatArray:
+        """Q(s,·) of each observation: [N, D] to [N, A]."""
+        return self.q[self._states.states(observations)]
 
 
 class TabularAgent:

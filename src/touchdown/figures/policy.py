@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from functools import lru_cache
+from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
@@ -108,6 +109,27 @@ def draw_policy(ax: Axes, world: GridWorld, q: FloatArray) -> Axes:
     ax.set_axis_off()
     _draw_colour_bar(ax, mesh, acts.shape)
     return ax
+
+
+def save_policy(path: FilePath, world: GridWorld, q: FloatArray, title: str) -> None:
+    """Draw a policy as a map of its own and write it as PNG.
+
+    Args:
+        path: of the file.
+        world: how it is drawn.
+        q: Q(s,a): [S, A].
+        title: above the map.
+
+    Raises:
+        UserError: the file cannot be written.
+    """
+    _, rows, columns = world.states.shape
+    across, down = columns * len(world.column_names), rows * len(world.row_names)
+    cell = 0.55 if len(world.states) == 1 else 0.27  # inches
+    figure = style.new_figure(cell * across + 1.8, cell * down + 1.4)
+    draw_policy(figure.subplots(), world, q)
+    style.title(figure, title)
+    style.save(figure, path)
 
 
 def draw_path(

@@ -14,8 +14,9 @@ from touchdown.runs.evaluation import Evaluation
 from touchdown.runs.folder import DEFAULT_RUNS, RunFolder
 from touchdown.runs.pilots import NamedPilot
 
-CURVE, FLIGHTS, GIF, MP4 = "learning-curve.png", "flights.png", "landing.gif", "landing.mp4"
-PICTURES = (CURVE, FLIGHTS, GIF, MP4)
+CURVE, FLIGHTS, POLICY = "learning-curve.png", "flights.png", "policy.png"
+GIF, MP4 = "landing.gif", "landing.mp4"
+PICTURES = (CURVE, FLIGHTS, POLICY, GIF, MP4)
 _DONE = CURVE  # the last file that a run writes
 
 

@@ -1,0 +1,95 @@
+"""On the cliff: Q-learning learns the short way along the edge, SARSA a safe one away from it.
+
+    python benchmarks/cliff.py --out docs/pictures/cliff.png
+
+Both explore with the same constant ε for as many steps. What each does greedily is the way in the
+picture; what it earns while it explores is in the table, over several seeds.
+"""
+
+import argparse
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+
+from touchdown import presets
+from touchdown.agents.table import TabularAgent
+from touchdown.config import Config, ExplorationConfig
+from touchdown.figures import policy, style
+from touchdown.figures.grid_world import cells_of, grid_of
+from touchdown.lander import env as lander
+from touchdown.lander.slots import StockSlots
+from touchdown.runs.loop import begin, interact
+from touchdown.seeding import streams, training_start
+
+ENV_ID = "CliffWalking-v1"
+LONGEST_WAY = 100
+
+
+def config_of(preset: str, seed: int) -> Config:
+    """A preset on the cliff, exploring alike all the time."""
+    explores = ExplorationConfig(schedule="constant", epsilon_start=0.1)
+    return replace(presets.preset(preset), env_id=ENV_ID, seed=seed, exploration=explores)
+
+
+def learn(config: Config, steps: int) -> tuple[TabularAgent, list[float]]:
+    """The agent after so many steps, and the returns of its episodes."""
+    world = lander.make(config.env_id)
+    slots = StockSlots([world.env])
+    agent = TabularAgent(config, world.spaces, streams(config.seed))
+
+    def start_of(episode: int) -> int:
+        return training_start(config.seed, episode)
+
+    agent.begin_episode(0)
+    moments = islice(interact(agent, slots, start_of, begin(slots, start_of, 1)), steps)
+    returns = [episode.episode_return for moment in moments for episode in moment.ended]
+    slots.close()
+    return agent, returns
+
+
+def way(agent: TabularAgent) -> Iterator[int]:
+    """The states that are gone through greedily from the start."""
+    env = lander.make(ENV_ID).env
+    pilot = agent.model.pilot(agent.params())
+    observation, _ = env.reset(seed=0)
+    for _ in range(LONGEST_WAY):
+        yield int(observation.argmax())
+        observation, _, terminated, _, _ = env.step(int(pilot.act(observation[None])[0]))
+        if terminated:
+            yield int(observation.argmax())
+            return
+
+
+def main() -> None:
+    """Learn, print and draw."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2, 3, 4])
+    parser.add_argument("--steps", type=int, default=100_000)
+    parser.add_argument("--out", type=Path, help="PNG of the ways of the first seed")
+    args = parser.parse_args()
+    grid = grid_of(lander.make(ENV_ID).env)
+    assert grid is not None  # noqa: S101 - the cliff is a world of cells
+    figure = style.new_figure(8.4, 6.4)
+    axes = dict(zip(("tabular-q", "tabular-sarsa"), figure.subplots(2, 1), strict=True))
+    print(f"{ENV_ID}, epsilon 0.1, {args.steps:,} steps; seeds {args.seeds}\n")
+    print("| preset | steps of the greedy way, each seed | return while exploring, last 100 |")
+    print("| --- | ---: | ---: |")
+    for preset, ax in axes.items():
+        learnt = [learn(config_of(preset, seed), args.steps) for seed in args.seeds]
+        ways = [list(way(agent)) for agent, _ in learnt]
+        earned = [np.mean(returns[-100:]) for _, returns in learnt]
+        lengths = ", ".join(str(len(states) - 1) for states in ways)
+        print(f"| `{preset}` | {lengths} | {np.mean(earned):.1f} ± {np.std(earned, ddof=1):.1f} |")
+        policy.draw_policy(ax, grid, learnt[0][0].q)
+        label = f"{preset}: {len(ways[0]) - 1} steps, {np.mean(earned):.0f} while exploring"
+        policy.draw_path(ax, cells_of(grid, ways[0]), style.RED, label, offset=0.2)
+    if args.out:
+        args.out.parent.mkdir(parents=True, exist_ok=True)
+        style.save(figure, args.out)
+
+
+if __name__ == "__main__":
+    main()
