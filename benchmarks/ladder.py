@@ -70,7 +70,7 @@ def finished(preset: str, seeds: Sequence[int], runs: Path) -> list[Run]:
 
 def table(rungs: Sequence[str], seeds: Sequence[int], runs: Path) -> str:
     """A Markdown table, a row a rung."""
-    columns = ("rung", "IQM of the seeds [95%]", "mean", "each seed", "landed", "seconds a run")
+    columns = ("rung", "IQM of the seeds [95%]", "mean", "each seed", "landed")
     lines = [f"| {' | '.join(columns)} |", "| --- |" + " ---: |" * (len(columns) - 1)]
     for rung in rungs:
         tested = finished(rung, seeds, runs)
@@ -80,11 +80,10 @@ def table(rungs: Sequence[str], seeds: Sequence[int], runs: Path) -> str:
         means = [summary.mean for summary in summaries]
         iqm = bootstrap_iqm(means)
         landed = np.mean([summary.outcomes.get("landed", 0.0) for summary in summaries])
-        seconds = np.mean([files.read_jsonl(run.folder.episodes)[-1]["seconds"] for run in tested])
         lines.append(
             f"| `{rung}` | **{iqm.value:.0f}** [{iqm.low:.0f}, {iqm.high:.0f}] "
             f"| {np.mean(means):.0f} | {', '.join(f'{mean:.0f}' for mean in means)} "
-            f"| {landed:.0%} | {seconds:.0f} |"
+            f"| {landed:.0%} |"
         )
     return "\n".join(lines)
 
