@@ -63,7 +63,7 @@ _ATOMS: dict[str, Any] = {"atoms": 51, "v_min": -30.0, "v_max": 30.0}
 _NO_EPSILON: dict[str, Any] = {"schedule": "constant", "epsilon_start": 0.0}
 _RAINBOW_LITE = _with(
     _VECTOR,
-    network={"dueling": True},
+    network={"dueling": True, "layer_norm": True},
     learning={"double": True, "n_step": 3},
 )
 _TABLE = Config(
@@ -85,8 +85,15 @@ _CLASSIC = _with(
     _VECTOR,
     network={"hidden_sizes": (64, 64)},
     replay={"resave_threshold": 0.0},
-    learning={"reward_scale": 1.0, "double": True},
-    training={"max_observations": 100_000},
+    exploration={"schedule": "linear", "epsilon_end": 0.04, "epsilon_duration": 16_000},
+    learning={
+        "double": True,
+        "learning_rate": 1e-3,
+        "learning_rate_duration": 50_000,
+        "target_period": 400,
+        "update_period": 2,
+    },
+    training={"num_envs": 8, "max_observations": 100_000},
 )
 
 _NAMED: dict[str, tuple[str, Config]] = {
@@ -153,13 +160,13 @@ _NAMED: dict[str, tuple[str, Config]] = {
             learning={"batch_size": 1, "target_period": 0, "learning_rate": 1e-4},
         ),
     ),
-    "deep-sarsa": (
-        "`pilot` learning the value of what it does (appendix A; Rummery & Niranjan, 1994)",
-        _with(_PILOT, learning={"target": "sarsa"}),
-    ),
     "vector-dqn": (
         "section 9 in 16 worlds side by side, an update every fourth observation",
         _VECTOR,
+    ),
+    "deep-sarsa": (
+        "`vector-dqn` learning the value of what it does (appendix A; Rummery & Niranjan, 1994)",
+        _with(_VECTOR, learning={"target": "sarsa"}),
     ),
     "double-dqn": (
         "`vector-dqn` with double Q-learning (van Hasselt et al., 2016)",
@@ -231,7 +238,15 @@ _NAMED: dict[str, tuple[str, Config]] = {
         ),
     ),
     "cartpole": ("CartPole-v1 (section 4)", _with(_CLASSIC, env_id="CartPole-v1")),
-    "acrobot": ("Acrobot-v1 (section 4)", _with(_CLASSIC, env_id="Acrobot-v1")),
+    "acrobot": (
+        "Acrobot-v1 (section 4)",
+        _with(
+            _CLASSIC,
+            env_id="Acrobot-v1",
+            learning={"n_step": 3, "target_period": 1_000, "learning_rate_duration": 25_000},
+            training={"max_observations": 50_000, "validation_period": 2_500},
+        ),
+    ),
     "mountain-car": ("MountainCar-v0 (section 4)", _with(_CLASSIC, env_id="MountainCar-v0")),
 }
 
