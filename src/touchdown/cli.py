@@ -63,8 +63,9 @@ INTERRUPTED = 130  # the shell's code for a program that Ctrl-C ended
 
 
 def _preset_help() -> str:
-    lines = [f"{name}: {text}" for name, text in presets.SECTIONS_OF_THE_PAPER.items()]
-    return "Settings to start from, right after `train`. " + "; ".join(lines) + "."
+    # tyro keeps a line's end where the next does not begin with a letter
+    lines = [f"\n- {name}: {text}" for name, text in presets.SECTIONS_OF_THE_PAPER.items()]
+    return "Settings to start from, right after `train`." + "".join(lines) + "\n"
 
 
 @dataclass(frozen=True, kw_only=True)
