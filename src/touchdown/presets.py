@@ -52,8 +52,8 @@ _PILOT = _with(
         "finalists": 8,
     },
 )
-# The field's parts are shown on many worlds side by side, with an update every fourth observation:
-# as good as `pilot`, in a third of its time.
+# The field's parts are shown on many worlds side by side, with an update every fourth observation,
+# which takes a third of `pilot`'s time.
 _VECTOR = _with(
     _PILOT,
     learning={"update_period": 4, "learning_rate_duration": 45_000},
@@ -205,7 +205,7 @@ _NAMED: dict[str, tuple[str, Config]] = {
         _with(_VECTOR, network={"noisy": True}, exploration=_NO_EPSILON),
     ),
     "rainbow": (
-        "all of the field's parts together (Hessel et al., 2018)",
+        "all of the field's parts together, layer normalisation too (after Hessel et al., 2018)",
         _with(
             _RAINBOW_LITE,
             network={**_ATOMS, "noisy": True},
