@@ -66,6 +66,7 @@ def new_agent() -> Callable[..., DQNAgent]:
         replay: dict[str, Any] | None = None,
         exploration: dict[str, Any] | None = None,
         learning: dict[str, Any] | None = None,
+        training: dict[str, Any] | None = None,
     ) -> DQNAgent:
         config = Config(
             seed=seed,
@@ -73,7 +74,7 @@ def new_agent() -> Callable[..., DQNAgent]:
             replay=ReplayConfig(**{"capacity": 1_000, "min_size": 8} | (replay or {})),
             exploration=ExplorationConfig(**exploration or {}),
             learning=LearningConfig(**{"batch_size": 16} | (learning or {})),
-            training=TrainingConfig(metrics_period=1),
+            training=TrainingConfig(**{"metrics_period": 1} | (training or {})),
         )
         return DQNAgent(config, SPACES, streams(seed))
 
@@ -98,6 +99,29 @@ class Chain:
         if action == 1:
             return (0.0, state + 1) if state + 1 < cls.STATES else (cls.GOAL, None)
         return (0.0, state - 1) if state else (cls.BAIT, 0)
+
+    @classmethod
+    def transitions(cls) -> dict[int, dict[int, list[tuple[float, int, float, bool]]]]:
+        """The model as Gymnasium's toy worlds have it."""
+        return {
+            state: {
+                action: [(1.0, after or 0, reward, after is None)]
+                for action in (0, 1)
+                for reward, after in [cls.model(state, action)]
+            }
+            for state in range(cls.STATES)
+        }
+
+    @classmethod
+    def values_of_acting(cls, gamma: float, epsilon: float) -> np.ndarray:
+        """Q of going right with probability 1 − ε/2, by sweeping Bellman's expectation equation."""
+        q = np.zeros((cls.STATES, 2))
+        for _ in range(100):
+            for state, action in np.ndindex(q.shape):
+                reward, after = cls.model(state, action)
+                follows = 0.0 if after is None else q[after] @ (epsilon / 2, 1 - epsilon / 2)
+                q[state, action] = reward + gamma * follows
+        return q
 
     @classmethod
     def see(cls, state: int) -> np.ndarray:

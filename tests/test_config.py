@@ -18,6 +18,7 @@ from touchdown.config import (
     LearningConfig,
     NetworkConfig,
     ReplayConfig,
+    RolloutConfig,
     TableConfig,
     TrainingConfig,
     from_toml,
@@ -248,6 +249,18 @@ REFUSED_BY_CONSTRUCTOR: list[tuple[type[Any], dict[str, Any]]] = [
     (TrainingConfig, {"checkpoint_seconds": -0.5}),
     (TrainingConfig, {"checkpoint_seconds": math.inf}),
     (TrainingConfig, {"metrics_period": 0}),
+    (TrainingConfig, {"num_envs": 0}),
+    (TrainingConfig, {"num_envs": 10_001}),
+    (LearningConfig, {"gradient_steps": 0}),
+    (TableConfig, {"bins": (4, 0)}),
+    (TableConfig, {"bins_low": (1.0,)}),
+    (TableConfig, {"bins_high": (1.0, 2.0)}),
+    (TableConfig, {"bins": (10_000, 10_001)}),
+    (TableConfig, {"initial_value": math.nan}),
+    (RolloutConfig, {"rollout_steps": 0}),
+    (RolloutConfig, {"epochs": -1}),
+    (RolloutConfig, {"minibatches": 0}),
+    (RolloutConfig, {"trace_decay": 1.01}),
     (Config, {"seed": -1}),
     (Config, {"seed": 2**32}),
 ]
@@ -436,3 +449,98 @@ def test_quantiles_and_atoms_do_not_go_together():
 def test_atoms_go_beside_either_loss(loss):
     config = Config(network=NetworkConfig(atoms=51), learning=LearningConfig(loss=loss))
     assert config.learning.loss == loss
+
+
+@pytest.mark.parametrize(
+    ("values", "complaint"),
+    [
+        (
+            {"bins": (2, 2), "bins_low": (0, 1), "bins_high": (1, 1)},
+            "bins_low = (0.0, 1.0): must be below bins_high = (1.0, 1.0)",
+        ),
+        ({"bins": (2, 2), "bins_low": (0,)}, "bins_low = (0.0,): must be () or as many as bins"),
+        ({"bins": (2, 2), "bins_high": (1, 1, 1)}, "bins_high = (1.0, 1.0, 1.0): must be () or"),
+    ],
+)
+def test_bounds_of_a_table_that_do_not_go_together_are_refused(values, complaint):
+    with pytest.raises(ValueError, match=re.escape(complaint)):
+        TableConfig(**values)
+
+
+def test_bounds_of_a_table_may_be_left_to_the_world():
+    assert TableConfig(bins=(2, 2)).bins_low == ()
+    assert TableConfig(bins=(2, 2), bins_low=(0, 0)).bins_high == ()
+
+
+# --- what an algorithm makes no use of ---
+
+
+@pytest.mark.parametrize(
+    ("values", "complaint"),
+    [
+        ({"rollout": RolloutConfig(epochs=3)}, "epochs = 3: must stay 2 with algorithm = 'dqn'"),
+        (
+            {"table": TableConfig(initial_value=1)},
+            "initial_value = 1.0: must stay 0.0 with algorithm = 'dqn'",
+        ),
+        (
+            {"algorithm": "pqn", "replay": ReplayConfig(resaves=1)},
+            "resaves = 1: must stay 0 with algorithm = 'pqn'",
+        ),
+        (
+            {"algorithm": "pqn", "learning": LearningConfig(target_period=9)},
+            "target_period = 9: must stay 0 with algorithm = 'pqn'",
+        ),
+        (
+            {"algorithm": "pqn", "network": NetworkConfig(noisy=True)},
+            "noisy = True: must stay False with algorithm = 'pqn'",
+        ),
+        (
+            {"algorithm": "tabular", "network": NetworkConfig(dueling=True)},
+            "dueling = True: must stay False with algorithm = 'tabular'",
+        ),
+        (
+            {"algorithm": "tabular", "learning": LearningConfig(n_step=3)},
+            "n_step = 3: must stay 1 with algorithm = 'tabular'",
+        ),
+        (
+            {"algorithm": "value-iteration", "learning": LearningConfig(learning_rate=0.5)},
+            "learning_rate = 0.5: must stay 0.0005 with algorithm = 'value-iteration'",
+        ),
+        (
+            {"algorithm": "value-iteration", "table": TableConfig(initial_value=1)},
+            "initial_value = 1.0: must stay 0.0 with algorithm = 'value-iteration'",
+        ),
+        ({"algorithm": "sarsa"}, "algorithm = 'sarsa': must be one of dqn, pqn, tabular, value"),
+        (
+            {"algorithm": "pqn", "rollout": RolloutConfig(rollout_steps=3, minibatches=4)},
+            "minibatches = 4: must be at most the steps of a rollout, num_envs * rollout_steps = 3",
+        ),
+        (
+            {"learning": LearningConfig(target="expected-sarsa")},
+            "target = 'expected-sarsa': must be q-learning or sarsa with algorithm = 'dqn'",
+        ),
+    ],
+)
+def test_a_field_that_an_algorithm_makes_no_use_of_is_refused(values, complaint):
+    with pytest.raises(ValueError, match=re.escape(complaint)):
+        Config(**values)
+
+
+def test_a_double_target_and_sarsas_do_not_go_together():
+    for target in ("sarsa", "expected-sarsa"):
+        with pytest.raises(
+            ValueError, match=f"double = True: must be False beside target = '{target}'"
+        ):
+            LearningConfig(double=True, target_period=9, target=target)
+
+
+def test_what_an_algorithm_uses_is_taken():
+    sarsa = LearningConfig(target="sarsa", learning_rate=0.5)
+    Config(algorithm="tabular", learning=sarsa, table=TableConfig(bins=(3,), initial_value=2))
+    Config(algorithm="tabular", learning=LearningConfig(target="expected-sarsa"))
+    Config(learning=sarsa)
+    Config(
+        algorithm="pqn", rollout=RolloutConfig(trace_decay=1), training=TrainingConfig(num_envs=4)
+    )
+    Config(algorithm="value-iteration", learning=LearningConfig(gamma=0.5, update_period=3))

@@ -11,7 +11,10 @@ from rich.console import Console
 
 import touchdown
 from touchdown import files, presets, tables
-from touchdown.config import Config, TrainingConfig
+from touchdown.config import Config, TableConfig, TrainingConfig
+from touchdown.figures import policy
+from touchdown.figures.grid_world import grid_of
+from touchdown.lander import env as lander
 from touchdown.lander.flight import load_flights
 from touchdown.runs import pilots
 from touchdown.runs.run import list_facts
@@ -310,3 +313,60 @@ def test_being_out_of_memory_says_what_to_make_smaller(tmp_path, monkeypatch):
     monkeypatch.setattr("touchdown.runs.train.make_agent", no_memory)
     with pytest.raises(touchdown.UserError, match=r"76.3 GiB.*a smaller capacity, batch_size"):
         touchdown.train(tiny(), runs_dir=tmp_path)
+
+
+def lake(**changes) -> Config:
+    base = presets.preset("tabular-q")
+    settings = {
+        "max_observations": 300,
+        "validation_period": 100,
+        "validation_episodes": 2,
+        "final_validation_episodes": 2,
+        "test_episodes": 2,
+    }
+    return replace(base, training=replace(base.training, **settings), **changes)
+
+
+def test_what_a_table_learnt_of_a_lake_is_drawn_and_printed_as_a_map(tmp_path):
+    console = Console(record=True, width=120, file=io.StringIO())
+    run = touchdown.train(lake(), runs_dir=tmp_path, console=console)
+    assert run.path / "policy.png" in run.pictures
+    assert (run.path / "policy.png").read_bytes().startswith(b"\x89PNG")
+    text = console.export_text()
+    world = lander.make("FrozenLake-v1")
+    grid = grid_of(world.env)
+    world.env.close()
+    printed = text.partition("the policy learnt:\n")[2].splitlines()[:4]
+    q = files.read_tensors(run.folder.best)[0]["q"]
+    assert printed == policy.policy_text(grid, q).splitlines()
+    assert printed[1][2] == printed[1][6] == "H"
+    assert printed[3][6] == "G"
+
+
+def test_a_run_that_lost_its_map_draws_it_again(tmp_path):
+    run = touchdown.train(lake(), runs_dir=tmp_path)
+    drawn = (run.path / "policy.png").read_bytes()
+    (run.path / "policy.png").unlink()
+    touchdown.resume(run.name, runs_dir=tmp_path)
+    assert (run.path / "policy.png").read_bytes() == drawn
+
+
+@pytest.mark.parametrize(
+    ("config", "said"),
+    [
+        (lake(env_id="CartPole-v1"), r"bins = \(\): must be 4 numbers"),
+        (lake(env_id="CliffWalking-v1", table=TableConfig(bins=(4,))), "must stay .. in a world"),
+        (
+            replace(presets.preset("value-iteration"), env_id="CartPole-v1"),
+            "env_id 'CartPole-v1': its model is not known",
+        ),
+        (lake(env_id="Blackjack-v1"), "its observation space is Tuple"),
+    ],
+)
+def test_settings_that_do_not_fit_their_world_are_refused_before_a_folder_is_made(
+    tmp_path, config, said
+):
+    with pytest.raises(touchdown.UserError, match=said) as refused:
+        touchdown.train(config, runs_dir=tmp_path / "runs")
+    assert "\n" not in str(refused.value)
+    assert not list(tmp_path.iterdir())

@@ -286,27 +286,29 @@ class TableConfig:
     bins: tuple[int, ...] = ()
     """Equal parts of each dimension of a Box; a Discrete world has its states already."""
     bins_low: tuple[float, ...] = ()
-    """Where the parts of each dimension begin; what is below belongs to the first."""
+    """Where the parts of each dimension begin; what is below belongs to the first. () takes the
+    world's own bounds."""
     bins_high: tuple[float, ...] = ()
-    """Where they end; what is above belongs to the last."""
+    """Where they end; what is above belongs to the last. () takes the world's own bounds."""
     initial_value: float = 0.0
     """Every action's value at the start; a high one makes the agent try everything."""
 
     def __post_init__(self) -> None:
         settle(self)
-        lengths = {len(self.bins), len(self.bins_low), len(self.bins_high)}
-        if len(lengths) > 1:
-            raise ValueError(
-                f"bins = {self.bins!r}: must be as many as bins_low = {self.bins_low!r} "
-                f"and bins_high = {self.bins_high!r}"
-            )
+        for name in ("bins_low", "bins_high"):
+            bounds = getattr(self, name)
+            if bounds and len(bounds) != len(self.bins):
+                raise ValueError(
+                    f"{name} = {bounds!r}: must be () or as many as bins = {self.bins!r}"
+                )
         _check(self, "bins", ok=all(count > 0 for count in self.bins), wanted="at least 1 each")
         if math.prod(self.bins) > _MOST_STATES:
             raise ValueError(
                 f"bins = {self.bins!r}: make {math.prod(self.bins)} states, "
                 f"must be at most {_MOST_STATES}"
             )
-        if any(low >= high for low, high in zip(self.bins_low, self.bins_high, strict=True)):
+        # one of them may be left out
+        if any(low >= high for low, high in zip(self.bins_low, self.bins_high, strict=False)):
             raise ValueError(
                 f"bins_low = {self.bins_low!r}: must be below bins_high = {self.bins_high!r}"
             )

@@ -84,6 +84,7 @@ def _completed(folder: RunFolder, shown: Console) -> Run:
         run = Run(folder)
         tested = _test(run, view.phase, advance) if training.test_episodes else []
         view.phase("drawing", len(PICTURES) if tested else 1)
+        text = _draw_policy(run)
         _draw(run, tested, advance)
     seconds = f"trained in {progress.clock(trained - began)}"
     total = progress.clock(time.monotonic() - began)
@@ -97,7 +98,6 @@ def _completed(folder: RunFolder, shown: Console) -> Run:
                 note=f"{folder.name} is of the preset {config.preset}: {note}." if note else "",
             )
         )
-    text = _draw_policy(run)
     if text:
         shown.print(f"the policy learnt:\n{text}", markup=False, highlight=False)
     for path in run.pictures:

@@ -6,6 +6,7 @@ from pathlib import Path
 from rich.console import Console
 
 from touchdown import device, files, progress
+from touchdown.agents.build import check_fits
 from touchdown.config import Config
 from touchdown.control.pid import PIDConfig, Rule
 from touchdown.errors import UserError
@@ -56,8 +57,10 @@ def train(
     settings = preset(config) if isinstance(config, str) else config
     if seed is not None:
         settings = replace(settings, seed=seed)
-    # refuse a world before a folder is made for it
-    lander.make(settings.env_id, engine=lander.engine_in_use()).env.close()
+    # refuse a world, and settings that do not fit it, before a folder is made
+    world = lander.make(settings.env_id, engine=lander.engine_in_use())
+    world.env.close()
+    check_fits(settings, world.spaces)
     return complete(folders.create(Path(runs_dir), settings, name), console)
 
 

@@ -1,3 +1,4 @@
+import numpy as np
 import pytest
 from numpy.random import default_rng
 
@@ -69,3 +70,68 @@ def test_exploring_draws_one_number_for_each_world_whatever_epsilon_is(epsilon: 
     for _ in range(3):
         twin.random()
     assert rng.bit_generator.state == twin.bit_generator.state
+
+
+# --- actions of N worlds ---
+
+
+def greedy(epsilon: float, seed: int = 0, num_actions: int = 4) -> exploration.EpsilonGreedy:
+    config = ExplorationConfig(schedule="constant", epsilon_start=epsilon)
+    chooser = exploration.EpsilonGreedy(config, num_actions, default_rng(seed))
+    chooser.begin_episode(0, 0)
+    return chooser
+
+
+def test_without_exploring_each_world_gets_its_best_action_the_first_of_equals():
+    q = np.array([[0.0, 3, 1, 2], [5, 5, 0, 5], [-4, -3, -2, -1]])
+    assert greedy(0.0).act(3, lambda: q).tolist() == [1, 0, 3]
+
+
+def test_values_are_not_asked_for_where_every_action_is_random():
+    def values() -> np.ndarray:
+        raise AssertionError("nobody needs them")
+
+    actions = greedy(1.0).act(4_000, values)
+    assert np.bincount(actions, minlength=4) == pytest.approx(1_000, abs=82)  # three deviations
+
+
+def test_values_are_asked_for_once_where_some_world_acts_by_them():
+    asked: list[int] = []
+
+    def values() -> np.ndarray:
+        asked.append(1)
+        return np.eye(4)[[2] * 1_000]
+
+    actions = greedy(0.4).act(1_000, values)
+    assert asked == [1]
+    share = (actions == 2).mean()
+    assert share == pytest.approx(0.6 + 0.4 / 4, abs=0.044)  # chance takes the best one too
+
+
+def test_one_world_draws_whether_to_explore_and_then_only_an_action_that_it_needs():
+    chooser, twin = greedy(0.5, seed=3), default_rng(3)
+    q = np.array([[0.0, 1.0, 0.0, 0.0]])
+    expected = [int(twin.integers(4)) if twin.random() < 0.5 else 1 for _ in range(200)]
+    assert [int(chooser.act(1, lambda: q)[0]) for _ in range(200)] == expected
+
+
+@pytest.mark.parametrize(
+    ("schedule", "after_observations", "after_episodes"),
+    [("constant", 0.5, 0.5), ("linear", 0.3, 0.5), ("exponential", 0.5, 0.125)],
+)
+def test_epsilon_follows_observations_or_episodes_as_its_schedule_says(
+    schedule, after_observations: float, after_episodes: float
+):
+    config = ExplorationConfig(
+        schedule=schedule,
+        epsilon_start=0.5,
+        epsilon_end=0.1,
+        epsilon_decay=0.5,
+        epsilon_duration=8,
+    )
+    chooser = exploration.EpsilonGreedy(config, 2, default_rng(0))
+    chooser.begin_episode(0, 0)
+    chooser.observed(4)
+    assert chooser.epsilon == pytest.approx(after_observations)
+    chooser.begin_episode(2, 0)
+    assert chooser.epsilon == pytest.approx(after_episodes)

@@ -9,9 +9,11 @@ from touchdown.agents.td import (
     categorical_loss,
     categorical_projection,
     double_q_error,
+    lambda_returns,
     of_action,
     q_error,
     quantile_loss,
+    sarsa_error,
 )
 
 
@@ -182,3 +184,78 @@ def test_an_action_s_outputs_are_its_row_s_own_whatever_it_has_of_them():
     values = jnp.arange(12.0).reshape(2, 3, 2)
     assert of_action(values, jnp.array([2, 0])).tolist() == [[4, 5], [6, 7]]
     assert of_action(values[:, :, 1], jnp.array([2, 0])).tolist() == [5, 7]
+
+
+# --- SARSA ---
+
+
+def test_sarsa_error_bootstraps_from_the_action_taken_next_though_another_is_better():
+    delta = sarsa_error(
+        jnp.array([[5.0, 1.0, -9.0], [50.0, 60.0, 3.0]]),
+        jnp.array([0, 2]),
+        jnp.array([1.0, 1.0]),
+        jnp.array([0.5, 0.5]),
+        jnp.array([[2.0, 400.0, -300.0], [-8.0, 70.0, 90.0]]),
+        jnp.array([0, 0]),
+    )
+    assert_allclose(delta, [-3.0, -6.0])  # 1 + ½·2 − 5; 1 − ½·8 − 3
+
+
+def test_sarsa_error_asks_nothing_of_the_next_action_where_the_world_ended():
+    q_tm1, a_tm1, r_t, q_t = jnp.array([[5.0, 9.0]]), jnp.array([0]), jnp.ones(1), jnp.ones((1, 2))
+    for a_t in (0, 1):
+        delta = sarsa_error(q_tm1, a_tm1, r_t, jnp.zeros(1), 100 * q_t, jnp.array([a_t]))
+        assert_allclose(delta, [-4.0])  # 1 − 5
+
+
+# --- λ-returns ---
+
+DECOY = 1e6  # a value that must not be looked at
+
+
+def returns_of(r_t, discount_t, best_t, truncated, trace_decay) -> list[float]:
+    """λ-returns of one world."""
+    columns = [jnp.array(row, float)[:, None] for row in (r_t, discount_t, best_t, truncated)]
+    returns = lambda_returns(*columns, trace_decay)
+    assert returns.shape == (len(r_t), 1)
+    return np.asarray(returns)[:, 0].tolist()
+
+
+def test_a_lambda_of_zero_looks_one_step_ahead():
+    returns = returns_of([1, 2, 4], [0.5] * 3, [10, 20, 8], [0, 0, 0], 0.0)
+    assert_allclose(returns, [6, 12, 8])  # 1 + ½·10, 2 + ½·20, 4 + ½·8
+
+
+def test_a_lambda_of_one_looks_to_the_end_of_the_rollout_and_bootstraps_there():
+    returns = returns_of([1, 2, 4], [0.5] * 3, [DECOY, DECOY, 8], [0, 0, 0], 1.0)
+    assert_allclose(returns, [4, 6, 8])  # 1 + ½·6, 2 + ½·8, 4 + ½·8
+
+
+def test_a_lambda_between_mixes_what_follows_with_the_best_value():
+    returns = returns_of([1, 2, 4], [0.5] * 3, [11, 20, 8], [0, 0, 0], 0.5)
+    assert_allclose(returns, [6, 9, 8])  # 1 + ½·(9 + 11)/2, 2 + ½·(8 + 20)/2, 4 + ½·8
+
+
+@pytest.mark.parametrize("trace_decay", [0.0, 0.5, 1.0])
+def test_nothing_is_looked_at_past_the_end_of_the_world(trace_decay: float):
+    returns = returns_of([DECOY, 2, 4], [0.5, 0, 0.5], [0, DECOY, 8], [0, 0, 0], trace_decay)
+    assert_allclose(returns[1:], [2, 8])
+
+
+def test_an_episode_cut_off_bootstraps_there_and_its_successor_is_not_looked_at():
+    returns = returns_of([1, 2, DECOY], [0.5] * 3, [DECOY, 20, 8], [0, 1, 0], 1.0)
+    assert_allclose(returns[:2], [7, 12])  # 1 + ½·12, 2 + ½·20
+
+
+def test_lambda_returns_are_a_loop_over_steps_and_worlds():
+    rng = default_rng(0)
+    r_t, best_t = rng.normal(size=(2, 9, 5))
+    discount_t = rng.choice([0.0, 0.9], (9, 5), p=[0.3, 0.7])
+    truncated = rng.choice([0.0, 1.0], (9, 5), p=[0.7, 0.3])
+    slow = np.zeros((9, 5))
+    for n in range(5):
+        for t in reversed(range(9)):
+            goes_on = t + 1 < 9 and not truncated[t, n]
+            ahead = 0.7 * slow[t + 1, n] + 0.3 * best_t[t, n] if goes_on else best_t[t, n]
+            slow[t, n] = r_t[t, n] + discount_t[t, n] * ahead
+    assert_allclose(lambda_returns(r_t, discount_t, best_t, truncated, 0.7), slow, rtol=1e-5)

@@ -13,7 +13,7 @@ import pytest
 from safetensors.numpy import save
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-from touchdown import files
+from touchdown import files, presets
 from touchdown.config import (
     Config,
     ExplorationConfig,
@@ -24,7 +24,10 @@ from touchdown.config import (
 )
 from touchdown.errors import UserError
 from touchdown.lander import env
+from touchdown.lander import flight as flights
+from touchdown.runs import evaluation as evaluations
 from touchdown.runs import folder as folders
+from touchdown.runs import pilots
 from touchdown.runs.checkpoint import newest_checkpoint
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.train import Interrupted, Trainer
@@ -416,3 +419,138 @@ def test_a_run_on_stock_gymnasium_is_the_same_run(tmp_path, monkeypatch):
         train(runs[-1])
         assert files.read_json(runs[-1].provenance)["engine"] == engine
     assert_same_run(*runs)
+
+
+# --- other algorithms ---
+
+
+def table_config(preset: str, **training) -> Config:
+    """A preset of a table, run as shortly as the network's runs here."""
+    base = presets.preset(preset)
+    settings = {
+        "max_observations": 400,
+        "validation_period": 100,
+        "validation_episodes": 3,
+        "finalists": 2,
+        "final_validation_episodes": 3,
+        "test_episodes": 2,
+        "checkpoint_seconds": 0.0,
+        "metrics_period": 20,
+    }
+    training = {**settings, **training}
+    return replace(base, training=replace(base.training, **training))
+
+
+def lander_table() -> Config:
+    config = table_config("tabular-lander", num_envs=2, max_observations=500)
+    bins = (2, 2, 2, 2, 2, 2, 1, 1)
+    return replace(
+        config,
+        table=replace(config.table, bins=bins),
+        learning=replace(config.learning, target="sarsa"),
+    )
+
+
+def pqn_config(env_id: str) -> Config:
+    base = presets.preset("pqn")
+    return replace(
+        small_config(num_envs=3, episodes=1_000, max_observations=600),
+        env_id=env_id,
+        algorithm="pqn",
+        network=replace(base.network, hidden_sizes=(8,)),
+        replay=ReplayConfig(),
+        learning=base.learning,
+        rollout=replace(base.rollout, rollout_steps=11),
+    )
+
+
+OTHERS = {
+    "a table": table_config("tabular-q"),
+    "sarsa in three worlds": table_config("tabular-sarsa", num_envs=3),
+    "expected sarsa": table_config("tabular-expected-sarsa"),
+    "a plan": table_config("value-iteration"),
+    "a lander cut into states": lander_table(),
+    "pqn": pqn_config("LunarLander-v3"),
+    "deep sarsa": replace(
+        small_config(episodes=1_000, max_observations=300, num_envs=2),
+        env_id="LunarLander-v3",
+        learning=LearningConfig(target="sarsa", n_step=3, target_period=30, batch_size=8),
+    ),
+}
+
+
+@pytest.mark.parametrize("config", OTHERS.values(), ids=OTHERS)
+def test_whatever_learns_goes_on_in_mid_flight_as_if_it_had_never_stopped(tmp_path, config):
+    whole, stopped = (folders.create(tmp_path, config, name) for name in ("whole", "stopped"))
+    train(whole)
+    in_flight = 0
+    for _ in range(5):
+        with pytest.raises(Interrupted):
+            train(stopped, after(1))
+        newest = newest_checkpoint(stopped.checkpoints)
+        underway = files.read_tensors(newest / "underway.safetensors")[0]
+        in_flight += any(
+            len(actions) for name, actions in underway.items() if name.endswith(".actions")
+        )
+    assert in_flight >= (3 if config.training.num_envs > 1 else 0)
+    train(stopped)
+    assert_same_run(whole, stopped)
+    assert files.read_jsonl(whole.updates)
+    rows = files.read_jsonl(whole.episodes)
+    assert rows[-1]["observations"] >= config.training.max_observations
+    pilot = pilots.load_run(whole)
+    assert pilot.env_id == config.env_id
+    evaluation = evaluations.evaluate_pilot(pilot, range(2))
+    assert [episode.seed for episode in evaluation.episodes] == [0, 1]
+
+
+def test_the_table_of_a_run_is_flown_from_its_file(tmp_path):
+    folder = folders.create(tmp_path, table_config("tabular-q"), "table")
+    train(folder)
+    q = weights_of(folder)["q"]
+    assert q.shape == (16, 4)
+    pilot = pilots.load_weights(folder.best).pilot
+    seen = np.eye(16, dtype=np.float32)
+    np.testing.assert_array_equal(pilot.act(seen), q.argmax(axis=1))
+    assert flights.record_flight(pilot, "FrozenLake-v1", 0, "table").steps > 0
+
+
+@pytest.mark.parametrize(
+    ("tensors", "changes", "said"),
+    [
+        (
+            {"q": np.zeros((8, 4))},
+            {},
+            r"'FrozenLake-v1': q is float64\(8, 4\), must be float64\(16, 4\)",
+        ),
+        ({"p": np.zeros((16, 4))}, {}, r"'FrozenLake-v1': it holds \['p'\], a table has q"),
+        (
+            {"q": np.zeros((16, 4))},
+            {"env_id": "CartPole-v1"},
+            r"'CartPole-v1': bins = \(\): must be 4 numbers",
+        ),
+        (
+            {"q": np.zeros((16, 4))},
+            {"table": '{"bins": [4], "bins_low": [0], "bins_high": [1]}'},
+            r"'FrozenLake-v1': bins = \(4,\): must stay \(\) in a world of 16 states",
+        ),
+        (
+            {"q": np.zeros((16, 4))},
+            {"table": '{"bins": "all"}'},
+            r"not a pilot's weights: bins = 'all': must be a list",
+        ),
+        (
+            {"q": np.zeros((16, 4))},
+            {"network": "{}"},
+            r"not a pilot's weights: too many values to unpack",
+        ),
+    ],
+)
+def test_a_table_of_another_shape_is_refused_in_one_line(tmp_path, tensors, changes, said):
+    path = tmp_path / "odd.safetensors"
+    metadata = {"format_version": "2", "env_id": "FrozenLake-v1", "table": "{}"}
+    path.write_bytes(save(tensors, metadata | changes))
+    with pytest.raises(UserError, match=said) as refused:
+        pilots.load_weights(path)
+    assert str(refused.value).startswith(f"{path}: not a pilot's weights")
+    assert "\n" not in str(refused.value)

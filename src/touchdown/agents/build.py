@@ -3,10 +3,21 @@
 from touchdown.agents.agent import Agent
 from touchdown.agents.dqn import DQNAgent
 from touchdown.agents.pqn import PQNAgent
-from touchdown.agents.table import TabularAgent
+from touchdown.agents.table import TabularAgent, plan_of, states_of
 from touchdown.config import Config
 from touchdown.seeding import Streams
 from touchdown.types import Spaces
+
+
+def check_fits(config: Config, spaces: Spaces) -> None:
+    """Refuse a config that does not fit a world, before anything is made for it.
+
+    Raises:
+        UserError: a table does not know the world's states, or a plan not its model.
+    """
+    if config.algorithm in ("tabular", "value-iteration"):
+        plan_of(config, spaces)
+        states_of(config.table, spaces)
 
 
 def make_agent(config: Config, spaces: Spaces, streams: Streams) -> Agent:

@@ -15,6 +15,8 @@ from touchdown.errors import UserError, one_line
 from touchdown.seeding import Streams
 from touchdown.types import FloatArray, IntArray, Spaces, Steps
 
+_NO_BOUND = 1e30  # some worlds say float32's greatest number where they have no bound
+
 
 def states_of(config: TableConfig, spaces: Spaces) -> States:
     """How observations of a world become states.
@@ -32,13 +34,41 @@ def states_of(config: TableConfig, spaces: Spaces) -> States:
     size = spaces.observation_size
     if len(config.bins) != size:
         raise UserError(
-            f"bins = {config.bins!r}: a table needs the number of parts of each of the "
-            f"observation's {size} dimensions, such as --bins {' '.join(['4'] * size)}"
+            f"bins = {config.bins!r}: must be {size} numbers, into how many parts a table cuts "
+            f"each of the observation's dimensions, such as --bins {' '.join(['4'] * size)}"
         )
+    for name in ("low", "high"):
+        bounds = getattr(config, f"bins_{name}") or getattr(spaces, name)
+        if not all(abs(bound) < _NO_BOUND for bound in bounds):
+            raise UserError(
+                f"bins_{name} = (): must be {size} numbers, as this world's own bounds are not "
+                f"all finite: {', '.join(f'{bound:.4g}' for bound in bounds)}"
+            )
     try:
         return Grid(config.bins, config.bins_low or spaces.low, config.bins_high or spaces.high)
     except ValueError as error:
         raise UserError(f"bins = {config.bins!r}: {one_line(error)}") from None
+
+
+def plan_of(config: Config, spaces: Spaces) -> Model | None:
+    """The world's own model where value iteration plans with it, None for learning from steps.
+
+    Raises:
+        UserError: the model is not known.
+    """
+    if config.algorithm != "value-iteration":
+        return None
+    if spaces.transitions is None:
+        raise UserError(
+            f"env_id {config.env_id!r}: its model is not known; value iteration needs "
+            "one, as FrozenLake-v1, CliffWalking-v1 and Taxi-v4 have"
+        )
+    try:
+        return tabular.read_model(spaces.transitions)
+    except ValueError as error:
+        raise UserError(
+            f"env_id {config.env_id!r}: its model cannot be read: {one_line(error)}"
+        ) from None
 
 
 class QTable:
@@ -123,16 +153,9 @@ class TabularAgent:
 
     def __init__(self, config: Config, spaces: Spaces, streams: Streams) -> None:
         self._config = config
+        self._plan = plan_of(config, spaces)
         self._states = states_of(config.table, spaces)
         self.model = QTable(self._states, spaces.num_actions, config.table)
-        self._plan: Model | None = None
-        if config.algorithm == "value-iteration":
-            if spaces.transitions is None:
-                raise UserError(
-                    f"env_id {config.env_id!r}: its model is not known; value iteration needs "
-                    "one, as FrozenLake-v1, CliffWalking-v1 and Taxi-v4 have"
-                )
-            self._plan = tabular.read_model(spaces.transitions)
         self.q = np.full(self.model.shape, config.table.initial_value)
         self.observations = 0
         self.updates = 0

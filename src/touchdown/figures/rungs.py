@@ -45,7 +45,8 @@ def draw_rungs(ax: Axes, curves: Mapping[str, Sequence[Curve]], solved: float = 
     for (name, runs), colour in zip(curves.items(), _COLOURS, strict=False):
         at, mean, half = mean_and_interval(runs)
         ax.fill_between(at, mean - half, mean + half, color=colour, alpha=0.18, linewidth=0)
-        ax.plot(at, mean, color=colour, linewidth=1.8, label=f"{name}, {len(runs)} seeds")
+        seeds = "1 seed" if len(runs) == 1 else f"{len(runs)} seeds"
+        ax.plot(at, mean, color=colour, linewidth=1.8, label=f"{name}, {seeds}")
     ax.axhline(solved, color=style.MUTED, linewidth=1, linestyle=(0, (4, 3)), zorder=1)
     ax.set_ylim(-400, 300)
     ax.set_ylabel("validation return, greedy")

@@ -142,7 +142,7 @@ def make(
         num_states,
         tuple(observation.low.tolist()),
         tuple(observation.high.tolist()),
-        getattr(env.unwrapped, "P", None),
+        None if num_states is None else getattr(env.unwrapped, "P", None),
     )
     return World(env, sizes)
 

@@ -196,7 +196,7 @@ def load_weights(path: Path) -> NamedPilot:
             _check_sizes(model, tensors)
             shape = make_network(model, world.spaces)
         params = shape.params_of(tensors)
-    except ValueError as error:
+    except (UserError, ValueError) as error:
         raise UserError(
             f"{path}: not a pilot's weights for env_id {env_id!r}: {one_line(error)}"
         ) from None

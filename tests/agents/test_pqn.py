@@ -1,0 +1,156 @@
+from itertools import islice, pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from stepping import fly
+from touchdown.agents import tabular
+from touchdown.agents.pqn import PQNAgent
+from touchdown.config import (
+    Config,
+    ExplorationConfig,
+    LearningConfig,
+    NetworkConfig,
+    RolloutConfig,
+    TrainingConfig,
+)
+from touchdown.seeding import streams
+from touchdown.types import Spaces, Steps
+
+SPACES = Spaces(observation_size=5, num_actions=2)
+WORLDS = 4
+SEEN = np.eye(5, dtype=np.float32)
+
+
+def new_pqn(
+    seed: int = 0,
+    *,
+    learning: dict[str, Any] | None = None,
+    rollout: dict[str, Any] | None = None,
+    metrics_period: int = 1,
+) -> PQNAgent:
+    config = Config(
+        seed=seed,
+        algorithm="pqn",
+        network=NetworkConfig(hidden_sizes=(16, 16), layer_norm=True),
+        exploration=ExplorationConfig(schedule="constant", epsilon_start=0.5),
+        learning=LearningConfig(**{"gamma": 0.5, "learning_rate": 0.01} | (learning or {})),
+        rollout=RolloutConfig(
+            **{"rollout_steps": 8, "epochs": 2, "minibatches": 2, "trace_decay": 0.5}
+            | (rollout or {})
+        ),
+        training=TrainingConfig(num_envs=WORLDS, metrics_period=metrics_period),
+    )
+    agent = PQNAgent(config, SPACES, streams(seed))
+    agent.begin_episode(0)
+    return agent
+
+
+def online(agent: PQNAgent) -> np.ndarray:
+    return np.array(agent.state.online_params)
+
+
+def taught(agent: PQNAgent, steps: int, chain, limit: int = 20) -> PQNAgent:
+    for _ in islice(fly(agent, *(chain(limit) for _ in range(WORLDS))), steps):
+        pass
+    return agent
+
+
+def random_rows(count: int, seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).normal(size=(count, WORLDS, 5)).astype(np.float32)
+
+
+def feed(agent: PQNAgent, rows: np.ndarray) -> list[bytes]:
+    """Random steps; gives the actions that the agent chose for them."""
+    no = np.zeros(WORLDS, bool)
+    acted = []
+    for o_tm1, o_t in pairwise(rows):
+        actions = agent.act(o_tm1)
+        acted.append(actions.tobytes())
+        agent.observe(o_tm1, actions, Steps(o_t, o_t[:, 0], no, no), o_t)
+    return acted
+
+
+def test_without_looking_further_it_learns_the_values_of_value_iteration(chain):
+    agent = new_pqn(
+        learning={"learning_rate_end": 1e-4, "learning_rate_duration": 600},
+        rollout={"trace_decay": 0.0},
+    )
+    taught(agent, 1_200, chain)
+    best = tabular.value_iteration(tabular.read_model(chain.transitions()), 0.5)
+    assert_allclose(agent.model.values(agent.state.online_params, SEEN), best, atol=0.1)
+
+
+def test_with_long_returns_it_learns_the_way_along_a_chain(chain):
+    agent = taught(new_pqn(rollout={"trace_decay": 0.9}), 500, chain)
+    assert agent.model.pilot(agent.params()).act(SEEN).tolist() == [1] * 5
+
+
+@pytest.mark.parametrize(("terminated", "value"), [(False, 2.0), (True, 1.0)])
+def test_an_episode_cut_off_still_bootstraps_and_one_that_ended_does_not(
+    terminated: bool, value: float
+):
+    agent = new_pqn(
+        learning={"learning_rate_end": 1e-4, "learning_rate_duration": 700},
+        rollout={"trace_decay": 0.9},
+    )
+    o = np.repeat(SEEN[:1], WORLDS, axis=0)
+    ends, no = np.ones(WORLDS, bool), np.zeros(WORLDS, bool)
+    steps = Steps(o, np.ones(WORLDS), *((ends, no) if terminated else (no, ends)))
+    for _ in range(1_600):
+        agent.observe(o, agent.act(o), steps, o)  # every step pays 1 and is an episode's last
+    learnt = np.asarray(agent.model.values(agent.state.online_params, SEEN[:1]))
+    assert_allclose(learnt.max(), value, atol=0.05)  # 1/(1 − ½), or 1
+
+
+def test_it_learns_once_a_rollout_is_whole_from_minibatches_of_all_of_it():
+    agent = new_pqn()
+    rows = random_rows(25)
+    weights = [online(agent)]
+    for before, after in pairwise(range(0, 25, 8)):
+        feed(agent, rows[before:after])  # seven steps
+        assert_array_equal(online(agent), weights[-1])
+        feed(agent, rows[after - 1 : after + 1])
+        weights.append(online(agent))
+        assert not np.array_equal(*weights[-2:])
+        assert agent.updates == 4 * (len(weights) - 1)  # two epochs of two minibatches
+    assert agent.observations == 24 * WORLDS
+
+
+def test_metrics_come_once_a_period_of_updates():
+    agent, no = new_pqn(metrics_period=6), np.zeros(WORLDS, bool)
+    given = []
+    for o_tm1, o_t in pairwise(random_rows(49)):
+        steps = Steps(o_t, np.ones(WORLDS), no, no)
+        given.append(agent.observe(o_tm1, agent.act(o_tm1), steps, o_t) is not None)
+    # after 4, 8, 12, 16, 20 and 24 updates, a rollout each
+    assert [at for at, measured in enumerate(given, start=1) if measured] == [16, 24, 40, 48]
+
+
+@pytest.mark.parametrize("steps", [13, 16])
+def test_an_agent_restored_in_mid_rollout_goes_on_as_if_nothing_had_been(steps: int):
+    rows = random_rows(60)
+    agent, resumed = new_pqn(), new_pqn()
+    feed(agent, rows[: steps + 1])
+    resumed.restore(agent.tensors(), agent.facts())
+    for ours, theirs in zip(agent._streams, resumed._streams, strict=True):
+        theirs.bit_generator.state = ours.bit_generator.state
+    assert feed(agent, rows[steps:]) == feed(resumed, rows[steps:])
+    assert_array_equal(online(agent), online(resumed))
+    assert agent.facts() == resumed.facts()
+
+
+def test_one_seed_repeats_and_another_differs(chain):
+    one, same, other = (taught(new_pqn(seed), 40, chain) for seed in (3, 3, 4))
+    assert_array_equal(online(one), online(same))
+    assert not np.isclose(online(one), online(other)).all()
+
+
+def test_values_looked_ahead_to_are_those_computed_apart():
+    agent, rows = new_pqn(), random_rows(9)
+    feed(agent, rows)
+    assert agent._next_q is not None
+    apart = agent.model.values(agent.state.online_params, rows[-1])
+    assert_allclose(agent._next_q, apart, rtol=1e-4, atol=1e-5)

@@ -1,0 +1,393 @@
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import islice, pairwise
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from stepping import act, fly, observe
+from touchdown.agents import build, tabular
+from touchdown.agents.table import QTable, TabularAgent, states_of
+from touchdown.agents.tabular import Grid, OneHot
+from touchdown.config import (
+    Config,
+    ExplorationConfig,
+    LearningConfig,
+    TableConfig,
+    TrainingConfig,
+)
+from touchdown.errors import UserError
+from touchdown.seeding import streams
+from touchdown.types import Spaces, Steps
+
+SPACES = Spaces(observation_size=5, num_actions=2, num_states=5)
+BOX = Spaces(2, 3, low=(-1.0, 0.0), high=(1.0, 4.0))
+SEEN = np.eye(5, dtype=np.float32)
+GREEDY = {"epsilon_start": 0.0}
+
+
+def new_table(
+    seed: int = 0,
+    *,
+    spaces: Spaces = SPACES,
+    algorithm: Any = "tabular",
+    exploration: dict[str, Any] | None = None,
+    learning: dict[str, Any] | None = None,
+    table: dict[str, Any] | None = None,
+    num_envs: int = 1,
+) -> TabularAgent:
+    config = Config(
+        seed=seed,
+        algorithm=algorithm,
+        exploration=ExplorationConfig(
+            **{"schedule": "constant", "epsilon_start": 0.5} | (exploration or {})
+        ),
+        learning=LearningConfig(**{"gamma": 0.5} | (learning or {})),
+        table=TableConfig(**table or {}),
+        training=TrainingConfig(metrics_period=1, num_envs=num_envs),
+    )
+    agent = TabularAgent(config, spaces, streams(seed))
+    agent.begin_episode(0)
+    return agent
+
+
+def learning_by(target: str, **settings: Any) -> TabularAgent:
+    return new_table(
+        exploration=GREEDY, learning={"learning_rate": 0.5, "target": target}, **settings
+    )
+
+
+def step(agent: TabularAgent, s: int, a: int, r: float, s_t: int, **ends: Any) -> Any:
+    return observe(agent, SEEN[s], a, r, SEEN[s_t], **ends)
+
+
+def taught(agent: TabularAgent, steps: int, *envs: Any) -> TabularAgent:
+    for _ in islice(fly(agent, *envs), steps):
+        pass
+    return agent
+
+
+# --- learning where the answer is known ---
+
+
+def test_q_learning_comes_to_the_values_of_value_iteration(chain):
+    agent = taught(new_table(learning={"learning_rate": 0.5}), 3_000, chain())
+    best = tabular.value_iteration(tabular.read_model(chain.transitions()), 0.5)
+    assert best[4].tolist() == [2, 8]
+    assert_allclose(agent.q, best, atol=1e-6)
+    assert agent.model.pilot(agent.params()).act(SEEN).tolist() == [1] * 5
+
+
+@pytest.mark.parametrize("target", ["sarsa", "expected-sarsa"])
+def test_sarsa_comes_to_the_values_of_its_own_exploring_policy(target: str, chain):
+    settings = {
+        "target": target,
+        "learning_rate": 0.5,
+        "learning_rate_end": 0.005,
+        "learning_rate_duration": 12_000,
+    }
+    agent = taught(new_table(learning=settings), 14_000, chain())
+    exact = chain.values_of_acting(0.5, 0.5)
+    assert exact[3, 1] < 3.7  # and 4 by the best policy
+    assert_allclose(agent.q, exact, atol=0.02 if target == "expected-sarsa" else 0.1)
+
+
+def test_worlds_side_by_side_teach_one_table(chain):
+    for target in ("q-learning", "sarsa"):
+        agent = new_table(
+            exploration={"schedule": "linear", "epsilon_end": 0.0, "epsilon_duration": 1_500},
+            learning={"learning_rate": 0.5, "target": target},
+            num_envs=3,
+        )
+        taught(agent, 1_000, *(chain() for _ in range(3)))
+        assert agent.observations == 3_000
+        assert agent.q[4, 1] == pytest.approx(8)
+        assert agent.q.argmax(axis=1).tolist() == [1] * 5
+
+
+@pytest.mark.parametrize("slippery", [False, True])
+def test_value_iteration_of_the_frozen_lake_is_done_in_sweeps_of_the_agent(slippery: bool):
+    transitions: Any = gymnasium.make("FrozenLake-v1", is_slippery=slippery).unwrapped
+    spaces = Spaces(16, 4, 16, transitions=transitions.P)
+    agent = new_table(
+        spaces=spaces, algorithm="value-iteration", learning={"gamma": 0.9, "update_period": 2}
+    )
+    seen = np.eye(16, dtype=np.float32)
+    metrics = [observe(agent, seen[0], 0, 0.0, seen[0]) for _ in range(600)]
+    assert agent.updates == 300  # a sweep every second observation
+    assert [entry is not None for entry in metrics] == [False, True] * 300
+    assert_allclose(
+        agent.q, tabular.value_iteration(tabular.read_model(transitions.P), 0.9), atol=1e-9
+    )
+    assert metrics[-1]["loss"] == pytest.approx(0, abs=1e-12)
+    if not slippery:
+        assert agent.q[0].max() == pytest.approx(0.9**5)  # the goal's 1, six steps away
+
+
+# --- one step ---
+
+
+def test_q_learning_goes_towards_the_best_next_value_at_once():
+    agent = learning_by("q-learning")
+    agent.q[1] = 4, 8
+    metrics = step(agent, 0, 1, 1.0, 1)
+    assert agent.q[0].tolist() == [0, 2.5]  # ½·(1 + ½·8)
+    assert metrics == {"loss": 25.0, "mean_q": 2.1, "max_q": 8.0}  # 5², (2½ + 8)/5
+
+
+def test_expected_sarsa_goes_towards_the_mean_of_its_exploring_policy():
+    agent = new_table(
+        exploration={"epsilon_start": 0.5},
+        learning={"learning_rate": 0.5, "target": "expected-sarsa"},
+    )
+    agent.q[1] = 4, 8
+    step(agent, 0, 1, 1.0, 1)
+    assert agent.q[0].tolist() == [0, 2.25]  # ½·(1 + ½·(½·8 + ½·6))
+
+
+def test_sarsa_waits_for_the_action_that_comes_next():
+    agent = learning_by("sarsa")
+    agent.q[1] = 4, 8
+    assert step(agent, 0, 1, 1.0, 1) is None
+    assert agent.updates == 0
+    assert not agent.q[0].any()
+    assert step(agent, 1, 0, 0.0, 2) is not None
+    assert agent.q[0].tolist() == [0, 1.5]  # ½·(1 + ½·4), not the better action's 8
+
+
+@pytest.mark.parametrize("target", ["q-learning", "sarsa", "expected-sarsa"])
+def test_a_terminated_step_does_not_bootstrap(target: str):
+    agent = learning_by(target)
+    agent.q[:] = 100
+    agent.q[0] = 0
+    step(agent, 0, 1, 6.0, 3, terminated=True)
+    assert agent.q[0].tolist() == [0, 3]
+    step(agent, 4, 0, 0.0, 4)  # another episode's action is nothing to the one before
+    assert agent.q[0].tolist() == [0, 3]
+
+
+def test_both_of_sarsas_last_steps_are_learnt_when_the_world_ends():
+    agent = learning_by("sarsa")
+    agent.q[1] = 4, 8
+    step(agent, 0, 1, 1.0, 1)
+    step(agent, 1, 0, 6.0, 2, terminated=True)
+    assert agent.updates == 2
+    assert agent.q[0].tolist() == [0, 1.5]
+    assert agent.q[1].tolist() == [5, 8]  # 4 + ½·(6 − 4)
+
+
+@pytest.mark.parametrize("target", ["q-learning", "sarsa", "expected-sarsa"])
+def test_a_truncated_episode_bootstraps_with_the_action_that_would_have_come(target: str):
+    agent = learning_by(target)
+    agent.q[1], agent.q[2] = (4, 8), (64, 32)
+    step(agent, 0, 1, 1.0, 1, truncated=True, following=SEEN[2])
+    assert agent.q[0].tolist() == [0, 2.5]  # without exploring it is the best one of state 1
+    step(agent, 2, 1, 0.0, 3)
+    assert agent.q[0].tolist() == [0, 2.5]
+
+
+def test_the_step_size_falls_in_a_line_over_the_updates():
+    agent = new_table(
+        learning={
+            "learning_rate": 1.0,
+            "learning_rate_end": 0.5,
+            "learning_rate_duration": 2,
+            "gamma": 0.0,
+        }
+    )
+    for state in range(4):
+        step(agent, state, 0, 8.0, state)
+    assert agent.q[:, 0].tolist() == [8, 6, 4, 4, 0]
+
+
+def test_a_table_starts_as_high_as_it_is_told():
+    assert np.all(new_table(table={"initial_value": 3.0}).q == 3)
+
+
+def test_each_world_of_sarsa_waits_for_its_own_action():
+    agent = learning_by("sarsa", num_envs=2)
+    agent.q[1], agent.q[2] = (4, 8), (16, 32)
+    no = np.zeros(2, bool)
+    rewards = np.ones(2)
+    agent.observe(
+        SEEN[[0, 3]], np.array([0, 1]), Steps(SEEN[[1, 2]], rewards, no, no), SEEN[[1, 2]]
+    )
+    assert agent.updates == 0
+    agent.observe(
+        SEEN[[1, 2]], np.array([0, 1]), Steps(SEEN[[4, 4]], rewards, no, no), SEEN[[4, 4]]
+    )
+    assert agent.q[0].tolist() == [1.5, 0]  # ½·(1 + ½·4)
+    assert agent.q[3].tolist() == [0, 8.5]  # ½·(1 + ½·32)
+
+
+# --- states ---
+
+
+def test_states_are_those_of_a_discrete_world_or_the_parts_of_a_box():
+    assert states_of(TableConfig(), SPACES) == OneHot(5)
+    cut = TableConfig(bins=(2, 3), bins_low=(-2, -2), bins_high=(2, 2))
+    assert states_of(cut, BOX) == Grid((2, 3), (-2.0, -2.0), (2.0, 2.0))
+    assert states_of(TableConfig(bins=(2, 3)), BOX) == Grid((2, 3), BOX.low, BOX.high)
+    half = TableConfig(bins=(2, 3), bins_low=(-2, -2))
+    assert states_of(half, BOX) == Grid((2, 3), (-2.0, -2.0), BOX.high)
+
+
+@pytest.mark.parametrize(
+    ("config", "spaces", "said"),
+    [
+        (
+            TableConfig(bins=(4,)),
+            SPACES,
+            "bins = (4,): must stay () in a world of 5 states, which are not cut any more",
+        ),
+        (
+            TableConfig(),
+            BOX,
+            (
+                "bins = (): must be 2 numbers, into how many parts a table cuts each of the "
+                "observation's dimensions, such as --bins 4 4"
+            ),
+        ),
+        (
+            TableConfig(bins=(4, 4, 4)),
+            BOX,
+            (
+                "bins = (4, 4, 4): must be 2 numbers, into how many parts a table cuts each of the "
+                "observation's dimensions, such as --bins 4 4"
+            ),
+        ),
+        (
+            TableConfig(bins=(4, 4)),
+            BOX._replace(low=(-1.0, -np.inf)),
+            (
+                "bins_low = (): must be 2 numbers, as this world's own bounds are not all finite: "
+                "-1, -inf"
+            ),
+        ),
+        (
+            TableConfig(bins=(4, 4), bins_low=(-1, -1)),
+            BOX._replace(high=(float(np.finfo(np.float32).max), 1.0)),
+            (
+                "bins_high = (): must be 2 numbers, as this world's own bounds are not all finite: "
+                "3.403e+38, 1"
+            ),
+        ),
+        (
+            TableConfig(bins=(4, 4), bins_low=(2, 2)),
+            BOX,
+            "bins = (4, 4): need a finite low below a finite high, got 2.0 and 1.0",
+        ),
+    ],
+)
+def test_bins_that_do_not_fit_the_world_are_refused(config: TableConfig, spaces: Spaces, said: str):
+    with pytest.raises(UserError) as refused:
+        states_of(config, spaces)
+    assert str(refused.value) == said
+
+
+@pytest.mark.parametrize("refusing", [TabularAgent, build.check_fits])
+def test_a_plan_needs_a_model_whatever_the_states_are(refusing: Callable[..., object]):
+    config = Config(env_id="Box-v0", algorithm="value-iteration")
+    arguments = (config, BOX, streams(0))[: 3 if refusing is TabularAgent else 2]
+    with pytest.raises(UserError, match="env_id 'Box-v0': its model is not known; value iter"):
+        refusing(*arguments)
+
+
+def test_a_model_that_is_none_is_refused_in_one_line():
+    config = Config(env_id="Odd-v0", algorithm="value-iteration")
+    odd = SPACES._replace(transitions={0: {0: [(0.5, 0, 0.0, False)]}})
+    with pytest.raises(UserError) as refused:
+        build.check_fits(config, odd)
+    assert str(refused.value) == (
+        "env_id 'Odd-v0': its model cannot be read: state 0, action 0: probabilities sum to 0.5"
+    )
+
+
+def test_a_network_fits_every_world():
+    build.check_fits(Config(), BOX)
+    build.check_fits(Config(algorithm="pqn"), SPACES)
+
+
+# --- what is kept ---
+
+
+@pytest.mark.parametrize("target", ["q-learning", "sarsa", "expected-sarsa"])
+def test_a_restored_agent_goes_on_as_if_nothing_had_been(target: str, chain):
+    settings = {
+        "learning": {
+            "target": target,
+            "learning_rate": 0.5,
+            "learning_rate_end": 0.1,
+            "learning_rate_duration": 300,
+        },
+        "exploration": {"schedule": "linear", "epsilon_start": 1.0, "epsilon_duration": 300},
+    }
+    agent = taught(new_table(**settings), 100, chain())
+    o_tm1, o_t = SEEN[1], SEEN[2]
+    observe(agent, o_tm1, 0, 0.25, o_t)  # a step that SARSA waits with
+    resumed = new_table(**settings)
+    resumed.restore({n: {k: v.copy() for k, v in g.items()} for n, g in agent.tensors().items()},
+                    agent.facts())  # fmt: skip
+    generator = agent._explorer._rng.bit_generator
+    resumed._explorer._rng.bit_generator.state = generator.state
+    resumed.recall(0, SEEN[0], 1, 0.0, o_tm1)
+    resumed.recall(0, o_tm1, 0, 0.25, o_t)
+    for before, after in pairwise(np.random.default_rng(1).integers(5, size=200)):
+        actions = [act(it, SEEN[before]) for it in (agent, resumed)]
+        assert actions[0] == actions[1]
+        for it in (agent, resumed):
+            step(it, before, actions[0], 1.0, after)
+    assert_array_equal(agent.q, resumed.q)
+    assert agent.facts() == resumed.facts()
+
+
+def test_what_is_handed_out_does_not_change_as_learning_goes_on():
+    agent = learning_by("q-learning")
+    params = agent.params()
+    pilot = agent.model.pilot(params)
+    step(agent, 0, 1, 1.0, 1)
+    assert not params.any()
+    assert pilot.act(SEEN[:1]).tolist() == [0]
+    assert agent.model.pilot(agent.params()).act(SEEN[:1]).tolist() == [1]
+
+
+def test_one_seed_repeats_and_another_differs(chain):
+    tables = [taught(new_table(seed), 200, chain()).q for seed in (3, 3, 4)]
+    assert_array_equal(tables[0], tables[1])
+    assert not np.array_equal(tables[0], tables[2])
+
+
+def test_a_table_comes_back_from_its_layers_and_another_is_refused():
+    table = QTable(OneHot(2), 3, TableConfig())
+    params = np.arange(6.0)
+    assert_array_equal(table.params_of(table.layers(params)), params)
+    for layers, said in [
+        ({}, r"it holds \[\], a table has q"),
+        ({"q": np.zeros((3, 2))}, r"q is float64\(3, 2\), must be float64\(2, 3\)"),
+        ({"q": np.zeros((2, 3), np.float32)}, r"q is float32\(2, 3\), must be float64\(2, 3\)"),
+    ]:
+        with pytest.raises(ValueError, match=said):
+            table.params_of(layers)
+
+
+def test_a_pilot_of_a_cut_box_flies_the_best_action_of_each_part():
+    cut = TableConfig(bins=(2, 1), bins_low=(-1, 0), bins_high=(1, 1))
+    table = QTable(states_of(cut, BOX), 3, cut)
+    pilot = table.pilot(np.array([0.0, 2, 1, 0, 0, 5]))
+    assert pilot.act(np.array([[-9.0, 0], [-0.1, 9], [0.1, 0]])).tolist() == [1, 1, 2]
+    assert table.describe() == {
+        "table": {"bins": (2, 1), "bins_low": (-1.0, 0.0), "bins_high": (1.0, 1.0)}
+    }
+
+
+def test_metrics_come_once_a_period_of_updates(chain):
+    agent = new_table(num_envs=4)
+    agent._config = replace(agent._config, training=TrainingConfig(num_envs=4, metrics_period=6))
+    moments = islice(fly(agent, *(chain() for _ in range(4))), 6)
+    # after 4, 8, 12, 16, 20 and 24 updates
+    assert [moment.metrics is not None for moment in moments] == [
+        False, True, True, False, True, True
+    ]  # fmt: skip

@@ -1,0 +1,53 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from numpy.testing import assert_allclose
+from PIL import Image
+
+from touchdown.errors import UserError
+from touchdown.figures import rungs
+
+# two seeds, validated at observations of their own; they differ by 2 throughout
+LOW = ([0, 50, 100], [0.0, 50.0, 100.0])
+HIGH = ([20, 120], [22.0, 122.0])
+
+
+def test_a_mean_is_taken_where_all_curves_reach_with_students_interval():
+    at, mean, half = rungs.mean_and_interval([LOW, HIGH])
+    assert (at[0], at[-1], len(at)) == (20, 100, 200)
+    assert_allclose(mean, at + 1)  # between x and x + 2
+    assert_allclose(half, 12.706, rtol=1e-4)  # t = 12.706 of two, times a standard error of 1
+
+
+def test_three_seeds_have_a_narrower_interval_than_two():
+    _, mean, half = rungs.mean_and_interval([([0, 1], [v, v]) for v in (0.0, 3.0, 6.0)])
+    assert_allclose(mean, 3)
+    assert_allclose(half, 4.3027 * 3 / 3**0.5, rtol=1e-4)  # a deviation of 3
+
+
+def test_one_seed_is_its_own_line_without_an_interval():
+    at, mean, half = rungs.mean_and_interval([LOW])
+    assert_allclose(mean, at)
+    assert not half.any()
+
+
+def test_each_variant_has_a_line_and_a_name_with_its_seeds():
+    ax = rungs.draw_rungs(Figure().subplots(), {"pilot": [LOW, HIGH], "mine": [LOW]}, solved=77.0)
+    pilot, mine, solved = ax.get_lines()
+    assert (pilot.get_label(), mine.get_label()) == ("pilot, 2 seeds", "mine, 1 seed")
+    assert_allclose(pilot.get_ydata(), np.linspace(21, 101, 200))
+    assert set(np.asarray(solved.get_ydata())) == {77.0}
+    assert ax.get_xlim()[0] == 0
+    assert len({line.get_color() for line in (pilot, mine)}) == 2
+
+
+def test_rungs_are_written_as_a_picture(tmp_path: Path):
+    path = tmp_path / "rungs.png"
+    rungs.save_rungs(path, {"pilot": [LOW, HIGH]})
+    with Image.open(path) as picture:
+        assert picture.format == "PNG"
+        assert picture.width > picture.height > 300
+    with pytest.raises(UserError, match="cannot be written"):
+        rungs.save_rungs(tmp_path / "none" / "rungs.png", {"pilot": [LOW]})
