@@ -247,7 +247,26 @@ _NAMED: dict[str, tuple[str, Config]] = {
             training={"max_observations": 50_000, "validation_period": 2_500},
         ),
     ),
-    "mountain-car": ("MountainCar-v0 (section 4)", _with(_CLASSIC, env_id="MountainCar-v0")),
+    "mountain-car": (
+        "MountainCar-v0 (section 4)",
+        _with(
+            _CLASSIC,
+            env_id="MountainCar-v0",
+            network={"hidden_sizes": (128, 128)},
+            replay={"capacity": 50_000},
+            # the goal is found by chance, late, and is far from the start
+            exploration={"epsilon_end": 0.05, "epsilon_duration": 80_000},
+            learning={
+                "reward_scale": 1.0,
+                "learning_rate": 2e-3,
+                "learning_rate_duration": 100_000,
+                "batch_size": 128,
+                "n_step": 10,
+                "target_period": 1_000,
+            },
+            training={"num_envs": 16, "max_observations": 200_000},
+        ),
+    ),
 }
 
 PRESETS: dict[str, Config] = {
