@@ -10,18 +10,21 @@ import os
 import statistics
 import time
 from dataclasses import replace
+from itertools import cycle, islice, pairwise
 
 import numpy as np
 
 from touchdown import Config, device, presets
-from touchdown.agents.dqn import DQNAgent, Spaces
+from touchdown.agents.dqn import DQNAgent
 from touchdown.runs.folder import cpu_name
 from touchdown.seeding import streams
+from touchdown.types import FloatArray, IntArray, Spaces, Steps
 
 SPACES = Spaces(observation_size=8, num_actions=4)
 PLAIN = presets.preset("pilot")
 PARTS: dict[str, dict[str, dict[str, object]]] = {
     "plain DQN": {},
+    "SARSA": {"learning": {"target": "sarsa"}},
     "double": {"learning": {"double": True}},
     "3-step": {"learning": {"n_step": 3}},
     "polyak": {"learning": {"target_period": 0, "polyak": 0.005}},
@@ -47,22 +50,27 @@ class Fed:
 
     def __init__(self, config: Config, rng: np.random.Generator) -> None:
         self._agent = DQNAgent(config, SPACES, streams(config.seed))
-        self._rows = rng.normal(size=(2_001, 8)).astype(np.float32)
+        rows = rng.normal(size=(2_001, 1, 8)).astype(np.float32)
+        no = np.zeros(1, np.bool_)
+        # made beforehand: only the agent's own time is to be counted
+        self._fed: list[tuple[FloatArray, IntArray, Steps]] = [
+            (row, np.array([i % 4]), Steps(after, row[:, 0].astype(float), no, no))
+            for i, (row, after) in enumerate(pairwise(rows))
+        ]
         self._agent.begin_episode(0)
         waiting = replace(config, replay=replace(config.replay, min_size=config.replay.capacity))
         filler = DQNAgent(waiting, SPACES, streams(config.seed))
-        for i in range(config.replay.capacity - 1):
-            row = self._rows[i % 2_000]
-            filler.observe(row, i % 4, float(row[0]), self._rows[i % 2_000 + 1], terminated=False)
+        self._feed(filler, config.replay.capacity - 1)
         self._agent.memory.restore(filler.memory.tensors(), filler.memory.ring.added)
+
+    def _feed(self, agent: DQNAgent, count: int) -> None:
+        for o_tm1, a_tm1, steps in islice(cycle(self._fed), count):
+            agent.observe(o_tm1, a_tm1, steps, steps.observations)
 
     def seconds(self, updates: int) -> float:
         """Of one observation with its update."""
         began = time.perf_counter()
-        for i in range(updates):
-            row = self._rows[i % 2_000]
-            after = self._rows[i % 2_000 + 1]
-            self._agent.observe(row, i % 4, float(row[0]), after, terminated=False)
+        self._feed(self._agent, updates)
         np.asarray(self._agent.state.online_params)
         return (time.perf_counter() - began) / updates
 

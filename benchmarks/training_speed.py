@@ -19,11 +19,12 @@ import torch
 from stable_baselines3 import DQN
 
 from touchdown import device, presets
-from touchdown.agents.dqn import DQNAgent, Spaces
+from touchdown.agents.dqn import DQNAgent
 from touchdown.config import Config, ExplorationConfig, LearningConfig, ReplayConfig
 from touchdown.lander import env as lander
+from touchdown.lander.slots import make_slots
 from touchdown.runs.folder import cpu_name
-from touchdown.runs.loop import interact
+from touchdown.runs.loop import begin, interact
 from touchdown.seeding import streams, training_start
 
 EPSILON = 0.1
@@ -43,9 +44,16 @@ def same_numbers(seed: int) -> Config:
 def ours(config: Config, engine: lander.Engine) -> Callable[[int], object]:
     """A function that trains for so many more steps."""
     world = lander.make(config.env_id, engine=engine)
-    spaces = Spaces(world.observation_size, world.num_actions)
-    agent = DQNAgent(config, spaces, streams(config.seed))
-    steps = interact(agent, world.env, lambda episode: training_start(config.seed, episode))
+    world.env.close()
+    agent = DQNAgent(config, world.spaces, streams(config.seed))
+    slots = make_slots(config.env_id, config.training.num_envs, engine)
+
+    def start_of(episode: int) -> int:
+        return training_start(config.seed, episode)
+
+    agent.begin_episode(0)
+    episodes = begin(slots, start_of, config.training.num_envs)
+    steps = interact(agent, slots, start_of, episodes)
 
     def train(count: int) -> None:
         for _ in islice(steps, count):
