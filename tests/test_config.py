@@ -511,6 +511,17 @@ def test_bounds_of_a_table_may_be_left_to_the_world():
             {"algorithm": "value-iteration", "table": TableConfig(initial_value=1)},
             "initial_value = 1.0: must stay 0.0 with algorithm = 'value-iteration'",
         ),
+        (
+            {"algorithm": "tabular", "learning": LearningConfig(learning_rate=1.5)},
+            "learning_rate = 1.5: must be at most 1 with algorithm = 'tabular'",
+        ),
+        (
+            {
+                "algorithm": "tabular",
+                "learning": LearningConfig(learning_rate_end=2, learning_rate_duration=9),
+            },
+            "learning_rate = 2.0: must be at most 1 with algorithm = 'tabular'",
+        ),
         ({"algorithm": "sarsa"}, "algorithm = 'sarsa': must be one of dqn, pqn, tabular, value"),
         (
             {"algorithm": "pqn", "rollout": RolloutConfig(rollout_steps=3, minibatches=4)},
@@ -538,7 +549,7 @@ def test_a_double_target_and_sarsas_do_not_go_together():
 def test_what_an_algorithm_uses_is_taken():
     sarsa = LearningConfig(target="sarsa", learning_rate=0.5)
     Config(algorithm="tabular", learning=sarsa, table=TableConfig(bins=(3,), initial_value=2))
-    Config(algorithm="tabular", learning=LearningConfig(target="expected-sarsa"))
+    Config(algorithm="tabular", learning=LearningConfig(target="expected-sarsa", learning_rate=1))
     Config(learning=sarsa)
     Config(
         algorithm="pqn", rollout=RolloutConfig(trace_decay=1), training=TrainingConfig(num_envs=4)

@@ -432,6 +432,14 @@ class Config:
                         f"{item.name} = {value!r}: must stay {left!r} with algorithm = "
                         f"{self.algorithm!r}, which makes no use of it"
                     )
+        largest = self.learning.learning_rate
+        if self.learning.learning_rate_duration:
+            largest = max(largest, self.learning.learning_rate_end)
+        if self.algorithm == "tabular" and largest > 1:
+            raise ValueError(
+                f"learning_rate = {largest}: must be at most 1 with algorithm = 'tabular'; "
+                "larger steps overshoot their target and diverge"
+            )
         steps = self.training.num_envs * self.rollout.rollout_steps
         if self.algorithm == "pqn" and self.rollout.minibatches > steps:
             raise ValueError(

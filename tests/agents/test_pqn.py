@@ -96,13 +96,15 @@ def test_an_episode_cut_off_still_bootstraps_and_one_that_ended_does_not(
         learning={"learning_rate_end": 1e-4, "learning_rate_duration": 700},
         rollout={"trace_decay": 0.9},
     )
-    o = np.repeat(SEEN[:1], WORLDS, axis=0)
+    here, there = (np.repeat(SEEN[[state]], WORLDS, axis=0) for state in (0, 2))
     ends, no = np.ones(WORLDS, bool), np.zeros(WORLDS, bool)
-    steps = Steps(o, np.ones(WORLDS), *((ends, no) if terminated else (no, ends)))
-    for _ in range(1_600):
-        agent.observe(o, agent.act(o), steps, o)  # every step pays 1 and is an episode's last
-    learnt = np.asarray(agent.model.values(agent.state.online_params, SEEN[:1]))
-    assert_allclose(learnt.max(), value, atol=0.05)  # 1/(1 − ½), or 1
+    steps = Steps(here, np.ones(WORLDS), *((ends, no) if terminated else (no, ends)))
+    decoy = Steps(there, np.full(WORLDS, 8.0), ends, no)
+    for _ in range(1_200):  # every step is an episode's last; the next one's 8 is nothing to it
+        agent.observe(here, agent.act(here), steps, there)
+        agent.observe(there, agent.act(there), decoy, here)
+    learnt = np.asarray(agent.model.values(agent.state.online_params, SEEN[[0, 2]]))
+    assert_allclose(learnt.max(axis=1), [value, 8], atol=0.1)  # 1/(1 − ½), or 1
 
 
 def test_it_learns_once_a_rollout_is_whole_from_minibatches_of_all_of_it():
