@@ -46,7 +46,7 @@ def mean_and_interval(values: Sequence[float]) -> str:
 def table(presets: Sequence[str], seeds: Sequence[int], runs: Path) -> str:
     """A Markdown table of the finished seeds of each preset, and a row for all of them."""
     columns = ("preset", "seed", "test return, mean ± sd", "IQM", "worst 5%", "landed")
-    columns += ("share ≥ 200", "observations", "training, min")
+    columns += ("share ≥ threshold", "observations", "training, min")
     lines = [f"| {' | '.join(columns)} |", "| --- |" + " ---: |" * (len(columns) - 1)]
     for preset in presets:
         means: list[float] = []
