@@ -58,11 +58,16 @@ def evaluation_table(
     return Group(Text(title, style="bold"), table, Text(notes, style="dim"))
 
 
+def _points(value: float, decimals: int) -> str:
+    """Return points; of worlds that pay 1 in all, the hundredths are what there is to see."""
+    return f"{value:.{2 if abs(value) < 2 else decimals}f}"
+
+
 def _rows(first: Evaluation) -> Iterator[tuple[str, Callable[[Summary], str]]]:
     """What the rows are called and how each cell is made."""
-    yield "return, mean ± sd", lambda s: f"{s.mean:.1f} ± {s.sd:.0f}"
-    yield "return, IQM", lambda s: f"{s.iqm.value:.1f}"
-    yield "  95% interval", lambda s: f"[{s.iqm.low:.0f}, {s.iqm.high:.0f}]"
+    yield "return, mean ± sd", lambda s: f"{_points(s.mean, 1)} ± {_points(s.sd, 0)}"
+    yield "return, IQM", lambda s: _points(s.iqm.value, 1)
+    yield "  95% interval", lambda s: f"[{_points(s.iqm.low, 0)}, {_points(s.iqm.high, 0)}]"
     yield "return, worst 5%", lambda s: f"{s.worst:.1f}"
     if first.summary.threshold is not None:
         yield f"share ≥ {first.summary.threshold:g}", lambda s: f"{s.share_solved:.0%}"
