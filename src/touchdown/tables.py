@@ -68,7 +68,7 @@ def _rows(first: Evaluation) -> Iterator[tuple[str, Callable[[Summary], str]]]:
     yield "return, mean ± sd", lambda s: f"{_points(s.mean, 1)} ± {_points(s.sd, 0)}"
     yield "return, IQM", lambda s: _points(s.iqm.value, 1)
     yield "  95% interval", lambda s: f"[{_points(s.iqm.low, 0)}, {_points(s.iqm.high, 0)}]"
-    yield "return, worst 5%", lambda s: f"{s.worst:.1f}"
+    yield "return, worst 5%", lambda s: _points(s.worst, 1)
     if first.summary.threshold is not None:
         yield f"share ≥ {first.summary.threshold:g}", lambda s: f"{s.share_solved:.0%}"
     if is_lander(first):
