@@ -171,8 +171,8 @@ class DQNAgent:
         """Remember transitions and learn from minibatches (Algorithm 2, lines 6-12).
 
         Returns:
-            The metrics of every `metrics_period`-th update, None at other times. Values and the
-            loss's square root are in units of the reward, whatever it is scaled by.
+            Metrics whenever another `metrics_period` updates are done, None at other times. Values
+            are in units of the reward, whatever it is scaled by.
         """
         self._remember(o_tm1, a_tm1, steps)
         before, self.observations = self.observations, self.observations + len(a_tm1)
