@@ -49,7 +49,8 @@ def sarsa_error(
         q_t: Q(s′,·) of the network that bootstraps.
         a_t: actions that were taken next.
     """
-    return r_t + discount_t * of_action(q_t, a_t) - of_action(q_tm1, a_tm1)
+    followed = of_action(q_t, a_t)
+    return q_error(q_tm1, a_tm1, r_t, discount_t, followed[:, None])  # the best of one is that one
 
 
 def double_q_error(
