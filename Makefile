@@ -97,14 +97,14 @@ $(if $(call ready,$1),,$(if $(python),,$(error $(no_python))))
 @$1/bin/uv pip install --quiet --python $1/bin/python --no-deps --no-build-isolation --editable .
 endef
 
-engine := CMakeLists.txt $(wildcard src/touchdown/lander/engine/*.?pp)
+compiled := CMakeLists.txt $(wildcard src/touchdown/lander/engine/*.?pp src/touchdown/agents/fused/*.?pp)
 
-$(READY): requirements.lock pyproject.toml $(engine)
+$(READY): requirements.lock pyproject.toml $(compiled)
 	$(call set-up,.venv)
 	@echo '<$(CURDIR)>' > $@
 
 # pip rather than uv: it takes a build of torch for the CPU where the machine offers one
-$(BENCH_READY): requirements.lock pyproject.toml $(engine) benchmarks/requirements.txt
+$(BENCH_READY): requirements.lock pyproject.toml $(compiled) benchmarks/requirements.txt
 	$(call set-up,.venv-bench)
 	@.venv-bench/bin/pip install -qq --disable-pip-version-check -r benchmarks/requirements.txt
 	@echo '<$(CURDIR)>' > $@

@@ -20,6 +20,7 @@ from touchdown.seeding import TEST_STARTS, VALIDATION_STARTS
 FORMAT_VERSION = 1
 
 Algorithm = Literal["dqn", "pqn", "tabular", "value-iteration"]
+Backend = Literal["jax", "fused"]
 
 # Above these a setting is a slip of the finger, and would end in a system without memory.
 _MOST_NODES = 100_000
@@ -29,6 +30,7 @@ _MOST_STEPS = 2**31 - 1  # optax counts in 32 bits
 _MOST_N_STEP = 1_000
 _MOST_ENVS = 10_000
 _MOST_STATES = 100_000_000
+MOST_FUSED_LAYERS = 16
 
 
 def _check(section: object, name: str, *, ok: bool, wanted: str) -> None:
@@ -212,6 +214,9 @@ class LearningConfig:
     """Updates over which the step size falls in a line; 0 keeps learning_rate throughout."""
     optimizer: Literal["adam", "adamw", "rmsprop", "sgd"] = "adam"
     """Optimiser, by optax's name."""
+    backend: Backend = "jax"
+    """What computes updates: `jax`, or `fused`: forward, backward and Adam in one call of our own,
+    in C++ on the CPU, for networks of ReLU layers whose outputs are values."""
     batch_size: int = 64
     """Transitions in a minibatch."""
     loss: Literal["mse", "huber"] = "mse"
@@ -355,6 +360,9 @@ class TrainingConfig:
     """Validation starts that each finalist flies."""
     test_episodes: int = 100
     """Test starts that the chosen checkpoint flies at the very end; 0 skips the test."""
+    stop_when_solved: bool = False
+    """Training also ends as soon as final_validation_episodes fresh validation starts leave no
+    doubt that the policy reaches the world's reward threshold on test_episodes others."""
     checkpoint_seconds: float = 10.0
     """Seconds between checkpoints, taken where an episode ends; 0 takes one after each episode."""
     metrics_period: int = 1_000
@@ -374,6 +382,14 @@ class TrainingConfig:
         _check(self, "test_episodes", ok=test_ok, wanted=f"at most {len(TEST_STARTS)}")
         envs_ok = 0 < self.num_envs <= _MOST_ENVS
         _check(self, "num_envs", ok=envs_ok, wanted=f"from 1 to {_MOST_ENVS}")
+        if self.stop_when_solved and (
+            self.final_validation_episodes < 30 or not self.test_episodes
+        ):
+            raise ValueError(
+                "stop_when_solved = True: must have at least 30 final_validation_episodes and 1 of "
+                f"test_episodes to be sure by, got {self.final_validation_episodes} and "
+                f"{self.test_episodes}"
+            )
         for name in (
             "episodes",
             "validation_period",
@@ -416,7 +432,29 @@ class Config:
                 f"loss = {self.learning.loss!r}: must be huber beside quantiles = "
                 f"{self.network.quantiles}, whose loss is Huber's"
             )
+        if self.learning.backend == "fused":
+            self._refuse_what_is_not_fused()
         self._refuse_what_does_nothing()
+
+    def _refuse_what_is_not_fused(self) -> None:
+        network = self.network
+        for name, given, wanted in (
+            ("activation", network.activation, "relu"),
+            ("quantiles", network.quantiles, 0),
+            ("atoms", network.atoms, 0),
+            ("noisy", network.noisy, False),
+            ("optimizer", self.learning.optimizer, "adam"),
+        ):
+            if given != wanted:
+                raise ValueError(
+                    f"{name} = {given!r}: must be {wanted!r} with backend = 'fused'; "
+                    "backend = 'jax' has it"
+                )
+        if len(network.hidden_sizes) > MOST_FUSED_LAYERS:
+            raise ValueError(
+                f"hidden_sizes = {network.hidden_sizes}: must be at most {MOST_FUSED_LAYERS} "
+                "layers with backend = 'fused'"
+            )
 
     def _refuse_what_does_nothing(self) -> None:
         used = _USED[self.algorithm]
@@ -475,7 +513,15 @@ _USED: dict[Algorithm, dict[str, frozenset[str] | None]] = {
     "pqn": {
         "network": frozenset({"hidden_sizes", "activation", "dueling", "layer_norm"}),
         "learning": frozenset(
-            {"gamma", "optimizer", "loss", "reward_scale", "max_grad_norm", *_STEP_SIZE}
+            {
+                "gamma",
+                "backend",
+                "optimizer",
+                "loss",
+                "reward_scale",
+                "max_grad_norm",
+                *_STEP_SIZE,
+            }
         ),
         "rollout": None,
     },

@@ -89,6 +89,8 @@ def _completed(folder: RunFolder, shown: Console) -> Run:
     seconds = f"trained in {progress.clock(trained - began)}"
     total = progress.clock(time.monotonic() - began)
     shown.print(f"{folder.name}: {seconds}, {total} in all", markup=False)
+    if training.stop_when_solved:
+        shown.print(_verdict(run), markup=False)
     if tested:
         note = SECTIONS_OF_THE_PAPER.get(config.preset)
         shown.print(
@@ -103,6 +105,18 @@ def _completed(folder: RunFolder, shown: Console) -> Run:
     for path in run.pictures:
         shown.print(f"  {path}", soft_wrap=True, markup=False)
     return run
+
+
+def _verdict(run: Run) -> str:
+    """How a run that was to stop when its world is solved came to its end."""
+    facts = pilots.facts_of(run.folder.best)
+    mean = f"{facts['final_validation_return']:.1f}"
+    if "solved_seconds" not in facts:
+        return f"not solved within its budget: {mean} on validation starts"
+    return (
+        f"solved after {facts['solved_seconds']:.1f} s and {facts['observations']:,} observations: "
+        f"{mean} on {run.config.training.final_validation_episodes} validation starts"
+    )
 
 
 def _test(

@@ -23,6 +23,7 @@ from touchdown.runs.evaluation import Evaluation
 from touchdown.runs.folder import DEFAULT_RUNS
 from touchdown.runs.pilots import NamedPilot
 from touchdown.runs.run import Run
+from touchdown.runs.train import stop_threshold
 from touchdown.seeding import TEST_STARTS
 
 PilotLike = str | Path | NamedPilot | Run
@@ -61,6 +62,7 @@ def train(
     world = lander.make(settings.env_id, engine=lander.engine_in_use())
     world.env.close()
     check_fits(settings, world.spaces)
+    stop_threshold(settings)
     return complete(folders.create(Path(runs_dir), settings, name), console)
 
 

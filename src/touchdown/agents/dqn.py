@@ -10,6 +10,8 @@ from jaxtyping import Float, PRNGKeyArray
 
 from touchdown.agents.agent import Tensors
 from touchdown.agents.exploration import EpsilonGreedy
+from touchdown.agents.fused import network as fused
+from touchdown.agents.fused.network import FusedNetwork
 from touchdown.agents.learner import (
     Batch,
     LearnerState,
@@ -23,7 +25,7 @@ from touchdown.agents.learner import (
     tensors_of,
 )
 from touchdown.agents.networks import QNetwork
-from touchdown.config import Config, NetworkConfig, ReplayConfig
+from touchdown.config import Backend, Config, NetworkConfig, ReplayConfig
 from touchdown.memory.n_step import NStep
 from touchdown.memory.replay import Proportional, Replay
 from touchdown.seeding import Streams
@@ -34,9 +36,20 @@ from touchdown.types import FloatArray, IntArray, Params, Spaces, Steps
 _LEARNING, _LOOKING, _ACTING = 1_000_001, 1_000_002, 1_000_003
 
 
-def make_network(config: NetworkConfig, spaces: Spaces) -> QNetwork:
-    """The Q-network that the config describes for a world."""
-    return QNetwork(spaces.observation_size, spaces.num_actions, config)
+def make_network(config: NetworkConfig, spaces: Spaces, backend: Backend = "jax") -> QNetwork:
+    """The Q-network that the config describes for a world.
+
+    Raises:
+        UserError: the fused kernel is asked for and was not built.
+    """
+    kind = FusedNetwork if backend == "fused" else QNetwork
+    return kind(spaces.observation_size, spaces.num_actions, config)
+
+
+def make_state(network: QNetwork, config: Config) -> LearnerState:
+    """A fresh learner's state, in the memory of the backend that the network is computed by."""
+    state = init_learner(network, config.learning, config.seed)
+    return fused.own(state) if isinstance(network, FusedNetwork) else state
 
 
 class NoiseSource(NamedTuple):
@@ -72,8 +85,8 @@ class DQNAgent:
     def __init__(self, config: Config, spaces: Spaces, streams: Streams) -> None:
         self._config = config
         self._streams = streams
-        self.model = make_network(config.network, spaces)
-        self.state = init_learner(self.model, config.learning, config.seed)
+        self.model = make_network(config.network, spaces, config.learning.backend)
+        self.state = make_state(self.model, config)
         self.memory = Replay(
             config.replay.capacity,
             spaces.observation_size,
@@ -91,7 +104,10 @@ class DQNAgent:
         self._explorer = EpsilonGreedy(config.exploration, spaces.num_actions, streams.exploration)
         self._next_q: jax.Array | None = None  # [N, A] for the coming actions, if known already
         self._values = self._compile_values()
-        self._learn = self._compile_learning()
+        if isinstance(self.model, FusedNetwork):
+            self._learn = self._fused_learning(self.model)
+        else:
+            self._learn = self._compile_learning()
 
     def _noise(self, number: int) -> NoiseSource | None:
         config = self._config
@@ -141,6 +157,23 @@ class DQNAgent:
             return Updated(state, metrics, td_error), q
 
         return jax.jit(learn_and_look, donate_argnums=0, static_argnums=4)
+
+    def _fused_learning(self, network: FusedNetwork) -> Any:
+        learn = fused.make_learn(network, self._config.learning)
+
+        def learn_and_look(
+            state: LearnerState,
+            batches: FloatArray,
+            weights: FloatArray | None,
+            observations: FloatArray,
+            measured: bool,
+            _source: NoiseSource | None,
+        ) -> tuple[Updated, FloatArray]:
+            updated = learn(state, batches, weights)
+            q = network.values(state.online_params, observations)
+            return (updated if measured else updated._replace(metrics=None)), q
+
+        return learn_and_look
 
     @property
     def epsilon(self) -> float:

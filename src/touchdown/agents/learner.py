@@ -110,7 +110,7 @@ def init_learner(network: QNetwork, config: LearningConfig, seed: int) -> Learne
 
 def copy_target(state: LearnerState) -> LearnerState:
     """Θ′ ← Θ (Eq. 5)."""
-    return state._replace(target_params=jnp.array(state.online_params, copy=True))
+    return state._replace(target_params=state.online_params.copy())
 
 
 def follow(state: LearnerState, share: float) -> LearnerState:
@@ -140,7 +140,10 @@ def state_from(like: LearnerState, tensors: Mapping[str, NDArray[Any]]) -> Learn
             raise ValueError(
                 f"{name} is {value.dtype}{value.shape}, must be {leaf.dtype}{leaf.shape}"
             )
-        leaves.append(jnp.array(value))
+        # the fused kernel's state is NumPy's, to be written to
+        leaves.append(
+            cast(jax.Array, value.copy()) if isinstance(leaf, np.ndarray) else jnp.array(value)
+        )
     return cast(LearnerState, jax.tree.unflatten(cast(Any, jax.tree.structure(like)), leaves))
 
 

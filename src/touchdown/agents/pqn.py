@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 
 from touchdown.agents import td
 from touchdown.agents.agent import Tensors
-from touchdown.agents.dqn import make_network
+from touchdown.agents.dqn import make_network, make_state
 from touchdown.agents.exploration import EpsilonGreedy
+from touchdown.agents.fused import network as fused
+from touchdown.agents.fused.network import FusedNetwork
 from touchdown.agents.learner import (
     LearnerState,
     Metrics,
-    init_learner,
     make_fit,
     state_from,
     tensors_of,
@@ -55,8 +56,8 @@ class PQNAgent:
     def __init__(self, config: Config, spaces: Spaces, streams: Streams) -> None:
         self._config = config
         self._streams = streams
-        self.model = make_network(config.network, spaces)
-        self.state = init_learner(self.model, config.learning, config.seed)
+        self.model = make_network(config.network, spaces, config.learning.backend)
+        self.state = make_state(self.model, config)
         shape = config.rollout.rollout_steps, config.training.num_envs
         wide = *shape, spaces.observation_size
         # written to step by step, and handed to JAX when it is whole
@@ -70,12 +71,14 @@ class PQNAgent:
         self.updates = 0
         self._explorer = EpsilonGreedy(config.exploration, spaces.num_actions, streams.exploration)
         self._next_q: jax.Array | None = None
-        self._learn = self._compile()
+        if isinstance(self.model, FusedNetwork):
+            self._learn = self._fused(self.model)
+        else:
+            self._learn = self._compile()
 
     def _compile(self) -> Any:
-        config, network = self._config, self.model
-        gamma, decay = config.learning.gamma, config.rollout.trace_decay
-        fit = make_fit(network, config.learning)
+        network = self.model
+        fit = make_fit(network, self._config.learning)
 
         def learn_and_look(
             state: LearnerState,
@@ -84,10 +87,7 @@ class PQNAgent:
             observations: Float[jax.Array, "N D"],
         ) -> tuple[LearnerState, Metrics, Float[jax.Array, "N A"]]:
             q_t = network.apply(state.online_params, rollout.o_t.reshape(-1, rollout.o_t.shape[2]))
-            best = q_t.max(axis=-1).reshape(rollout.r_t.shape)
-            reward = rollout.r_t * config.learning.reward_scale
-            discount = gamma * (1 - rollout.terminated)
-            returns = td.lambda_returns(reward, discount, best, rollout.truncated, decay)
+            returns = self._targets(rollout, q_t)
             flat = (
                 rollout.o_tm1.reshape(-1, rollout.o_tm1.shape[2]),
                 rollout.a_tm1.ravel(),
@@ -103,7 +103,40 @@ class PQNAgent:
             last = Metrics(*(values[-1] for values in metrics))
             return state, last, network.apply(state.online_params, observations)
 
-        return jax.jit(learn_and_look, donate_argnums=0)
+        compiled = cast(Any, jax.jit(learn_and_look, donate_argnums=0))
+
+        def copied(state: LearnerState, rollout: Rollout, *others: Any) -> Any:
+            # JAX may read its arguments later than this call, and steps are written over them
+            return compiled(state, Rollout(*(jnp.array(part) for part in rollout)), *others)
+
+        return copied
+
+    def _targets(self, rollout: Rollout, q_t: Float[jax.Array, "TN A"]) -> Float[jax.Array, "T N"]:
+        """λ-returns of a rollout, from the action values of the observations after its steps."""
+        config = self._config
+        best = q_t.max(axis=-1).reshape(rollout.r_t.shape)
+        reward = rollout.r_t * config.learning.reward_scale
+        discount = config.learning.gamma * (1 - rollout.terminated)
+        decay = config.rollout.trace_decay
+        return td.lambda_returns(reward, discount, best, rollout.truncated, decay)
+
+    def _fused(self, network: FusedNetwork) -> Any:
+        fit = fused.make_fit(network, self._config.learning)
+        targets = cast(Any, jax.jit(self._targets))
+
+        def learn_and_look(
+            state: LearnerState,
+            rollout: Any,  # of NumPy's arrays
+            order: NDArray[np.int64],
+            observations: FloatArray,
+        ) -> tuple[LearnerState, Metrics, FloatArray]:
+            o_tm1, o_t = (part.reshape(-1, part.shape[2]) for part in (rollout.o_tm1, rollout.o_t))
+            q_t = network.values(state.online_params, o_t)
+            returns = cast(NDArray[np.float32], np.asarray(targets(rollout, q_t)))
+            state, metrics = fit(state, o_tm1, rollout.a_tm1.ravel(), returns.ravel(), order)
+            return state, metrics, network.values(state.online_params, observations)
+
+        return learn_and_look
 
     @property
     def epsilon(self) -> float:
@@ -154,8 +187,7 @@ class PQNAgent:
             for _ in range(config.epochs)
         ]
         order = np.concatenate(orders).reshape(config.epochs * config.minibatches, -1)
-        # copied: JAX may read its arguments later than this call
-        rollout = Rollout(**{name: jnp.array(part) for name, part in self._kept.items()})
+        rollout = Rollout(**cast(Any, self._kept))
         self.state, metrics, self._next_q = self._learn(self.state, rollout, order, following)
         before, self.updates = self.updates, self.updates + len(order)
         period = self._config.training.metrics_period

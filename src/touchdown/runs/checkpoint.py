@@ -3,7 +3,7 @@
 import hashlib
 import shutil
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +29,18 @@ class Finalist:
     params: NDArray[np.float32]
 
 
+@dataclass(frozen=True, slots=True)
+class Solved:
+    """A policy that validation starts leave no doubt about."""
+
+    seconds: float
+    """Of training until this was known, all validation flights counted."""
+    mean_return: float
+    """On fresh validation starts."""
+    episodes: int
+    """Those starts."""
+
+
 @dataclass(slots=True)
 class Progress:
     """Where a run stands, beside what the agent knows."""
@@ -39,6 +51,8 @@ class Progress:
     trained: bool = False
     """The budget is spent; what is left is the choice."""
     finished: bool = False
+    solved: Solved | None = None
+    """How it was found that nothing is left to learn, where training stops then."""
     underway: list[Episode] = field(default_factory=list[Episode])
     """As restored: in each world what it was in the midst of. The world is deterministic, and comes
     to the same place by the same actions."""
@@ -82,6 +96,7 @@ def save_checkpoint(
             "seconds": progress.seconds,
             "trained": progress.trained,
             "finished": progress.finished,
+            "solved": progress.solved and asdict(progress.solved),
             "underway": [episode.number for episode in episodes],
             "finalists": [
                 {"observations": f.observations, "validation_return": f.validation_return}
@@ -145,6 +160,7 @@ def restore_checkpoint(path: Path, digest: str, agent: Agent, streams: Streams) 
             seconds=state["seconds"],
             trained=state["trained"],
             finished=state["finished"],
+            solved=state["solved"] and Solved(**state["solved"]),
             underway=[
                 _episode_from(number, slot, groups["underway"])
                 for slot, number in enumerate(state["underway"])

@@ -17,8 +17,9 @@ from touchdown.lander import env as lander
 from touchdown.lander.slots import make_slots
 from touchdown.runs import checkpoint, pilots
 from touchdown.runs import folder as folders
-from touchdown.runs.checkpoint import Finalist
-from touchdown.runs.evaluate import Fleet
+from touchdown.runs.checkpoint import Finalist, Solved
+from touchdown.runs.evaluate import SLOTS, Fleet
+from touchdown.runs.evaluation import threshold_of
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.loop import Episode, Moment, begin, interact
 from touchdown.runs.record import Recorder
@@ -27,6 +28,10 @@ from touchdown.types import Outcome
 
 RECENT = 100  # episodes that "recent" means, as everywhere in the field
 _STEPS_BETWEEN_LOOKS = 50
+# worlds of the exact engine flown side by side: cheap to keep, and the more the faster
+_EXACT_SLOTS = 128
+# standard errors that a mean has to be above the threshold: wrong once in 700 times at the edge
+_SURE = 3.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,12 +65,31 @@ class _Budget:
         return min(1.0, share)
 
 
+def stop_threshold(config: Config) -> float | None:
+    """The mean return at which training may stop; None where it goes on to the end of its budget.
+
+    Raises:
+        UserError: it is to stop when the world is solved, and Gymnasium names no threshold for it.
+    """
+    if not config.training.stop_when_solved:
+        return None
+    threshold = threshold_of(config.env_id)
+    if threshold is None:
+        raise UserError(
+            f"stop_when_solved = True: must be False for env_id = {config.env_id!r}, for which "
+            "Gymnasium names no reward threshold"
+        )
+    return threshold
+
+
 class _Pace:
     """How fast training goes, from where it began or was gone on with."""
 
-    def __init__(self, budget: _Budget, progress: checkpoint.Progress, observations: int) -> None:
+    def __init__(
+        self, budget: _Budget, progress: checkpoint.Progress, observations: int, began: float
+    ) -> None:
         self._budget = budget
-        self._began = time.monotonic()
+        self._began = began
         self._seconds_before = progress.seconds
         self._observations_before = observations
         self._done_before = budget.done(progress.episodes, observations)
@@ -107,8 +131,10 @@ class Trainer:
         on_phase: Callable[[str, int], object] = lambda _text, _count: None,
         on_flight: Callable[[], object] = lambda: None,
     ) -> None:
+        self._began = time.monotonic()
         self._folder = folder
         self._config = folder.config()
+        self._threshold = stop_threshold(self._config)
         self._should_stop = should_stop
         self._on_status = on_status
         self._on_phase = on_phase
@@ -139,7 +165,8 @@ class Trainer:
             self._check_records()
         self._recorder = Recorder(folder, self._progress.record_sizes)
         resources.callback(self._recorder.close)
-        self._fleet = Fleet(config.env_id, engine=engine)
+        exact = engine == "exact" and lander.is_lander(config.env_id)
+        self._fleet = Fleet(config.env_id, _EXACT_SLOTS if exact else SLOTS, engine)
         resources.callback(self._fleet.close)
         rows = files.read_jsonl(folder.episodes, ("episode_return", "outcome"))[-RECENT:]
         self._recent_returns = [float(row["episode_return"]) for row in rows]
@@ -174,7 +201,7 @@ class Trainer:
 
     def _train(self) -> None:
         progress, period = self._progress, self._config.training.checkpoint_seconds
-        pace = _Pace(self._budget, progress, self._agent.observations)
+        self._pace = pace = _Pace(self._budget, progress, self._agent.observations, self._began)
         last_saved = time.monotonic()
         self._episodes = self._go_on()
         for moment in interact(self._agent, self._slots, self._start_of, self._episodes):
@@ -333,18 +360,42 @@ class Trainer:
         }
         self._recorder.write(self._folder.validations, row, {"eval/mean_reward": mean})
         best_so_far = max((f.validation_return for f in progress.finalists), default=-np.inf)
-        finalists = [*progress.finalists, Finalist(observations, mean, params)]
+        finalist = Finalist(observations, mean, params)
+        finalists = [*progress.finalists, finalist]
         # the earlier of two equals first: sorting is stable
-        finalists.sort(key=lambda finalist: -finalist.validation_return)
+        finalists.sort(key=lambda each: -each.validation_return)
         progress.finalists = finalists[: training.finalists]
         if mean > best_so_far:
             self._write_best(progress.finalists[0], {"validation_return": mean})
+        if self._threshold is not None and mean >= self._threshold:
+            self._stop_if_sure(finalist, self._threshold)
+
+    def _stop_if_sure(self, finalist: Finalist, threshold: float) -> None:
+        """End training if fresh starts show that the mean of as many test starts will hold."""
+        training, progress = self._config.training, self._progress
+        results = self._fleet.fly(self._agent.model.pilot(finalist.params), self._final_starts())
+        returns = [result.episode_return for result in results]
+        mean = float(np.mean(returns))
+        # both means are estimates: this one, and the test's to come
+        error = float(np.std(returns)) * (1 / len(returns) + 1 / training.test_episodes) ** 0.5
+        if mean - _SURE * error < threshold:
+            return
+        progress.solved = Solved(self._pace.seconds(), mean, len(returns))
+        progress.finalists = [finalist]
+        progress.trained = True
+
+    def _final_starts(self) -> range:
+        training = self._config.training
+        first = training.validation_episodes
+        return VALIDATION_STARTS[first : first + training.final_validation_episodes]
 
     def _choose(self) -> None:
         """Fly the finalists on fresh validation starts; the best of them is the run's result."""
-        training, progress = self._config.training, self._progress
-        first = training.validation_episodes
-        starts = VALIDATION_STARTS[first : first + training.final_validation_episodes]
+        progress = self._progress
+        if progress.solved is not None:
+            self._finish(progress.finalists[0], progress.solved.mean_return)
+            return
+        starts = self._final_starts()
         self._on_phase(
             f"choosing among {len(progress.finalists)} checkpoints on validation starts",
             len(starts) * len(progress.finalists),
@@ -356,13 +407,17 @@ class Trainer:
             means.append(float(np.mean([result.episode_return for result in results])))
             if self._should_stop():
                 raise Interrupted
-        best = progress.finalists[int(np.argmax(means))]
-        chosen = {
+        self._finish(progress.finalists[int(np.argmax(means))], max(means))
+
+    def _finish(self, best: Finalist, mean: float) -> None:
+        facts: dict[str, Any] = {
             "validation_return": best.validation_return,
-            "final_validation_return": max(means),
+            "final_validation_return": mean,
         }
-        self._write_best(best, chosen)
-        progress.finished = True
+        if self._progress.solved is not None:
+            facts["solved_seconds"] = round(self._progress.solved.seconds, 3)
+        self._write_best(best, facts)
+        self._progress.finished = True
         self._save()
 
     def _write_best(self, finalist: Finalist, facts: dict[str, Any]) -> None:

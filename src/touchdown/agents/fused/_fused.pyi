@@ -1,0 +1,64 @@
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float32]
+
+def simd() -> str:
+    """The instruction set in use: avx512, avx2 or baseline."""
+
+class Perceptron:
+    """A Q-network's shape: ReLU after each hidden layer, flat parameters as `QNetwork` has them."""
+
+    def __init__(
+        self,
+        num_observations: int,
+        hidden_sizes: Sequence[int],
+        num_actions: int,
+        layer_norm: bool = False,
+        dueling: bool = False,
+    ) -> None: ...
+    @property
+    def num_params(self) -> int:
+        """P."""
+    def values(self, params: Floats, observations: Floats, q: Floats) -> None:
+        """Write Q(s,·) of observations [N, D] into q [N, A]."""
+    def learn(
+        self,
+        online: Floats,
+        target: Floats | None,
+        mu: Floats,
+        nu: Floats,
+        num_updates: int,
+        rates: Floats,
+        words: Floats,
+        weights: Floats | None,
+        td_error: Floats,
+        huber: bool,
+        double_q: bool,
+        sarsa: bool,
+        reward_scale: float,
+        max_grad_norm: float,
+        polyak: float,
+    ) -> tuple[float, float, float, float]:
+        """K updates of online [P] (and of Adam's mu, nu) in place, from records words [K, B, W].
+
+        Gives the last one's loss, mean Q, greatest Q and gradient's norm.
+        """
+    def fit(
+        self,
+        online: Floats,
+        mu: Floats,
+        nu: Floats,
+        num_updates: int,
+        rates: Floats,
+        o_tm1: Floats,
+        a_tm1: NDArray[np.int32],
+        targets: Floats,
+        order: NDArray[np.int64],
+        td_error: Floats,
+        huber: bool,
+        max_grad_norm: float,
+    ) -> tuple[float, float, float, float]:
+        """K updates towards targets [M] that are given; order [K, B] says which in which."""
