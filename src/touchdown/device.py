@@ -1,7 +1,10 @@
 """Where JAX computes, decided before it starts."""
 
+import hashlib
 import os
-from typing import Literal
+import platform
+from pathlib import Path
+from typing import Any, Literal
 
 from touchdown.errors import UserError, one_line
 
@@ -16,6 +19,35 @@ _chosen: list[Device] = []
 def chosen() -> Device:
     """The device in use, or the one that will be."""
     return _chosen[-1] if _chosen else "cpu"
+
+
+def _keep_compilations(config: Any) -> None:
+    """Have JAX find what it compiled before, in any run of this user, on disk.
+
+    A machine's own: code compiled for one processor may not run on another that shares the home.
+    """
+    if os.environ.get("JAX_COMPILATION_CACHE_DIR"):
+        return
+    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    folder = cache / "touchdown" / f"jax-{_processor()}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return  # it is only slower without
+    config.update("jax_compilation_cache_dir", str(folder))
+    config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+    config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+
+
+def _processor() -> str:
+    """What tells one kind of processor from another, as 12 hex digits."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
+        about = [line for line in lines if line.startswith(("model name", "flags", "Features"))]
+    except OSError:
+        about = []
+    told = "\n".join(sorted(set(about))) or f"{platform.machine()} {platform.processor()}"
+    return hashlib.sha256(told.encode()).hexdigest()[:12]
 
 
 def use_default() -> None:
@@ -41,6 +73,7 @@ def use(device: Device) -> None:
     import jax  # noqa: PLC0415 - it reads XLA_FLAGS when it starts
 
     jax.config.update("jax_platforms", "cpu" if device == "cpu" else None)
+    _keep_compilations(jax.config)
     # handing each small call to another thread costs more than the call
     jax.config.update("jax_cpu_enable_async_dispatch", False)  # noqa: FBT003
     try:

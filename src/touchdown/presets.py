@@ -123,7 +123,7 @@ _SWIFT = _with(
     training={
         "num_envs": 64,
         "max_observations": 600_000,
-        "validation_period": 10_000,
+        "validation_period": 20_000,
         "validation_episodes": 32,
         "final_validation_episodes": 320,
         "stop_when_solved": True,
