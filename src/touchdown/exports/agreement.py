@@ -10,7 +10,6 @@ from touchdown.errors import UserError
 from touchdown.foreign.onnx_pilot import OnnxModel
 from touchdown.lander import env as lander
 from touchdown.lander.slots import make_slots
-from touchdown.runs.evaluate import SLOTS
 from touchdown.seeding import TRAINING_STARTS
 from touchdown.types import ValuePilot
 
@@ -18,6 +17,7 @@ OBSERVATIONS = 10_000
 ROUNDING = 1e-5
 """What sums in another order may differ by, as a share of the largest |Q|: some 100 steps of
 float32, ten times what the networks of the presets were seen to differ by."""
+_WORLDS = 16  # side by side: few enough that all come to their flights' ends
 _RANDOM_SHARE = 0.25  # of actions, so that places are seen that the pilot alone avoids
 
 
@@ -63,16 +63,16 @@ def seen_in_flight(pilot: ValuePilot, env_id: str, seed: int = 0) -> NDArray[np.
     world = lander.make(env_id)
     world.env.close()
     rng, starts = np.random.default_rng(seed), count(TRAINING_STARTS.start)
-    slots = make_slots(env_id, SLOTS, lander.engine_in_use())
+    slots = make_slots(env_id, _WORLDS, lander.engine_in_use())
     try:
-        now = np.stack([slots.reset(slot, next(starts)) for slot in range(SLOTS)])
+        now = np.stack([slots.reset(slot, next(starts)) for slot in range(_WORLDS)])
         seen: list[NDArray[np.float32]] = []
-        while len(seen) * SLOTS < OBSERVATIONS:
+        while len(seen) * _WORLDS < OBSERVATIONS:
             seen.append(now.astype(np.float32))
             greedy = pilot.act(seen[-1])
-            chance = rng.integers(world.spaces.num_actions, size=SLOTS)
-            actions = np.where(rng.random(SLOTS) < _RANDOM_SHARE, chance, greedy)
-            steps = slots.step(range(SLOTS), actions)
+            chance = rng.integers(world.spaces.num_actions, size=_WORLDS)
+            actions = np.where(rng.random(_WORLDS) < _RANDOM_SHARE, chance, greedy)
+            steps = slots.step(range(_WORLDS), actions)
             now = steps.observations.copy()
             for slot in np.flatnonzero(steps.ended).tolist():
                 now[slot] = slots.reset(slot, next(starts))

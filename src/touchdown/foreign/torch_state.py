@@ -160,7 +160,7 @@ def _name(text: str) -> _Name:
 
 
 def _set(mapping: object, items: list[Any]) -> None:
-    if not isinstance(mapping, dict):
+    if not isinstance(mapping, dict) or len(items) % 2:
         raise TypeError("not a dictionary")
     for key, value in zip(items[::2], items[1::2], strict=True):
         if not isinstance(key, str):  # text alone: to hash a deep tuple would need a deep stack
