@@ -330,13 +330,11 @@ class Export:
         arg(metavar="FOLDER", help="Folder to make; None makes RUN-FORMAT here."),
     ] = None
     runs_dir: RunsDir = Path("runs")
-    device: Device = "cpu"
 
     def run(self, console: "Console") -> None:
         """Hand over to `verbs.export`."""
-        from touchdown import device, verbs  # noqa: PLC0415
+        from touchdown import verbs  # noqa: PLC0415
 
-        device.use(self.device)
         export = verbs.export(self.name, self.format, out=self.out, runs_dir=self.runs_dir)
         if export.agreement is not None:
             console.print(str(export.agreement), soft_wrap=True, markup=False, highlight=False)

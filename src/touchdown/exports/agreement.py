@@ -42,7 +42,7 @@ class Agreement:
         return (
             f"{agreeing:,} of {self.observations:,} actions agree with touchdown's "
             f"({self.differing} differ, of {self.close} whose two best values are within rounding, "
-            f"{self.tolerance:.1g}, of each other)"
+            f"{self.tolerance:.2g}, of each other)"
         )
 
 
