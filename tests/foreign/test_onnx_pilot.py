@@ -198,6 +198,26 @@ def test_the_world_is_the_one_that_the_model_names_or_else_the_one_given(tmp_pat
         read_onnx(tmp_path / "cart.onnx", "LunarLander-v3")
 
 
+def test_weights_in_a_file_beside_the_model_are_found(tmp_path):
+    made = onnx.load(cart(tmp_path / "whole.onnx"))
+    (constant, _) = made.graph.node
+    made.graph.initializer.append(constant.attribute[0].t)
+    made.graph.initializer[-1].name = "x"
+    made.graph.node.remove(constant)
+    onnx.save(
+        made,
+        tmp_path / "cart.onnx",
+        save_as_external_data=True,
+        location="cart.data",
+        size_threshold=0,
+    )
+    flown, _ = read_onnx(tmp_path / "cart.onnx", "CartPole-v1")
+    assert flown.act(np.array([[9, 9, -0.1, 9], [-9, -9, 0.1, -9]])).tolist() == [0, 1]
+    (tmp_path / "cart.data").unlink()
+    with pytest.raises(UserError, match="not a whole ONNX model"):
+        read_onnx(tmp_path / "cart.onnx", "CartPole-v1")
+
+
 def test_a_file_cannot_have_a_module_imported(tmp_path, monkeypatch):
     (tmp_path / "evil.py").write_text("raise SystemExit('imported')")
     monkeypatch.syspath_prepend(tmp_path)

@@ -23,14 +23,14 @@ class OnnxModel:
     """A model that is ready to compute, on one thread.
 
     Args:
-        data: the model's file.
+        source: the model's bytes, or its path where weights may lie in a file beside it.
         where: it comes from, for whoever reads of what is wrong.
 
     Raises:
         UserError: onnxruntime is not installed, or the model is broken.
     """
 
-    def __init__(self, data: bytes, where: str) -> None:
+    def __init__(self, source: bytes | Path, where: str) -> None:
         try:
             onnxruntime: Any = import_module("onnxruntime")
             errors: Any = import_module("onnxruntime.capi.onnxruntime_pybind11_state")
@@ -54,7 +54,9 @@ class OnnxModel:
         )
         try:
             self._session: Any = onnxruntime.InferenceSession(
-                data, options, providers=["CPUExecutionProvider"]
+                source if isinstance(source, bytes) else str(source),
+                options,
+                providers=["CPUExecutionProvider"],
             )
         except self._errors as error:
             raise UserError(f"{where}: not a whole ONNX model: {one_line(error)}") from None
@@ -174,7 +176,8 @@ def read_onnx(path: Path, env_id: str) -> tuple[OnnxPilot, str]:
     Raises:
         UserError: onnxruntime is not installed, or the file is broken or fits no world.
     """
-    model = OnnxModel(files.read_bytes(path, _MOST_BYTES), str(path))
+    files.read_bytes(path, _MOST_BYTES)  # whether it is there, and of a size to load
+    model = OnnxModel(path, str(path))
     named = model.metadata.get("env_id", env_id)
     if ":" in named and named != env_id:
         # Gymnasium imports what stands before the colon: not on the word of a file
