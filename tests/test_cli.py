@@ -1,5 +1,6 @@
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -137,6 +138,10 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["tune", "pid", "--tolerance=2"], "tolerance = 2.0: must be between 0 and 1"),
         (["tune", "pid", "--starts=0"], "starts = 0: must be at least 1"),
         (["tune", "pid", "--out=no/such/pid.toml"], "out 'no/such/pid.toml': its folder does not"),
+        (["evaluate", "gone.onnx"], "gone.onnx: cannot be read: No such file"),
+        (["fly", "gone.zip"], "gone.zip: cannot be read: No such file"),
+        (["export", "nix"], "run 'nix': no such folder in 'runs'"),
+        (["export", "nix", "--format=tflite"], "invalid choice 'tflite' for argument '--format'"),
         (["runs", "--runs-dir=nix"], "runs_dir 'nix': no such folder"),
         (["show", "nix"], "run 'nix': no such folder"),
     ],
@@ -280,6 +285,20 @@ def test_evaluate_flies_the_starts_asked_for(finished, capsys):
     weights = finished / "cart" / "checkpoints" / "best.safetensors"
     cli.main(["evaluate", str(weights), "--episodes=3", "--json"])
     assert json.loads(capsys.readouterr().out)["episodes"] == stored["episodes"]
+
+
+def test_a_run_is_exported_and_what_came_of_it_flown(finished, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    cli.main(["export", "cart", f"--runs-dir={finished}"])
+    said = capsys.readouterr().out.splitlines()
+    assert re.match(r"[\d,]+ of 10,000 actions agree with touchdown's", said[0])
+    names = ["cart.onnx", "fly_onnx.py", "README.md"]
+    assert said[1:] == [f"  cart-onnx/{name}" for name in names]
+    cli.main(["evaluate", "cart-onnx/cart.onnx", "--episodes=3", "--json"])
+    stored = json.loads((finished / "cart" / "evaluation.json").read_text())["pilots"][0]
+    assert json.loads(capsys.readouterr().out)["episodes"] == stored["episodes"]
+    again = complaint("export", "cart", f"--runs-dir={finished}", capsys=capsys)
+    assert again == "out 'cart-onnx': is there already; choose another folder"
 
 
 def test_a_name_taken_or_a_finished_run_loses_nothing(finished, capsys):

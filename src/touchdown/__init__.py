@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from touchdown.errors import Interrupted, UserError
     from touchdown.presets import PRESETS, preset
     from touchdown.runs.run import Run, list_runs
-    from touchdown.verbs import evaluate, fly, resume, show, train, tune_pid
+    from touchdown.verbs import evaluate, export, fly, resume, show, train, tune_pid
 
 _HOMES = {
     "Config": "config",
@@ -21,6 +21,7 @@ _HOMES = {
     "Run": "runs.run",
     "UserError": "errors",
     "evaluate": "verbs",
+    "export": "verbs",
     "fly": "verbs",
     "list_runs": "runs.run",
     "preset": "presets",
@@ -38,6 +39,7 @@ __all__ = [
     "Run",
     "UserError",
     "evaluate",
+    "export",
     "fly",
     "list_runs",
     "preset",

@@ -49,12 +49,19 @@ Episodes = Annotated[int, arg(help="Starts to fly (episodes).")]
 FirstSeed = Annotated[
     int, arg(help="Environment seed of the first start; seeds below 1000000 are test starts.")
 ]
-EnvId = Annotated[str, arg(help="World for `random` (Gymnasium id); the others know theirs.")]
+EnvId = Annotated[
+    str,
+    arg(
+        help="World (Gymnasium id) for `random`, a .zip, and an .onnx that names none; the others "
+        "know theirs."
+    ),
+]
 PilotName = Annotated[
     str,
     arg(
         metavar="PILOT",
-        help="A run's name or folder, pid, heuristic, random, or a .safetensors or .toml file.",
+        help="A run's name or folder, pid, heuristic, random, a pilot that comes with touchdown, "
+        "or a file: .safetensors, .toml, .onnx, or a .zip of Stable-Baselines3.",
     ),
 ]
 RunName = Annotated[str, arg(metavar="RUN", help="A run's name in the runs folder, or its folder.")]
@@ -307,6 +314,35 @@ class Show:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Export:
+    """Write a run's best pilot for others to fly, with a card that says what it is."""
+
+    name: Annotated[Positional[RunName], arg(metavar="RUN")]
+    format: Annotated[
+        Literal["onnx", "safetensors"],
+        arg(
+            help="onnx: for any ONNX runtime, checked against the pilot before it is written "
+            "(needs touchdown[onnx]); safetensors: touchdown's own."
+        ),
+    ] = "onnx"
+    out: Annotated[
+        Path | None,
+        arg(metavar="FOLDER", help="Folder to make; None makes RUN-FORMAT here."),
+    ] = None
+    runs_dir: RunsDir = Path("runs")
+
+    def run(self, console: "Console") -> None:
+        """Hand over to `verbs.export`."""
+        from touchdown import verbs  # noqa: PLC0415
+
+        export = verbs.export(self.name, self.format, out=self.out, runs_dir=self.runs_dir)
+        if export.agreement is not None:
+            console.print(str(export.agreement), soft_wrap=True, markup=False, highlight=False)
+        for path in export.files:
+            console.print(f"  {path}", soft_wrap=True, markup=False)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Doctor:
     """Say what this machine has, what is missing and what would help; exit code 2 if it is bad."""
 
@@ -327,7 +363,7 @@ class Doctor:
             raise UserError(f"{', '.join(bad)}: will not work; the table says what would help")
 
 
-Verb = Train | Evaluate | Fly | Tune | Runs | Show | Doctor
+Verb = Train | Evaluate | Fly | Tune | Runs | Show | Export | Doctor
 VERBS: dict[str, type[Verb]] = {
     "train": Train,
     "evaluate": Evaluate,
@@ -335,6 +371,7 @@ VERBS: dict[str, type[Verb]] = {
     "tune": Tune,
     "runs": Runs,
     "show": Show,
+    "export": Export,
     "doctor": Doctor,
 }
 
@@ -408,6 +445,7 @@ def parse(argv: Sequence[str]) -> Verb:
         | Annotated[Tune, subcommand("tune")]
         | Annotated[Runs, subcommand("runs")]
         | Annotated[Show, subcommand("show")]
+        | Annotated[Export, subcommand("export")]
         | Annotated[Doctor, subcommand("doctor")]
     )
     complaint = io.StringIO()

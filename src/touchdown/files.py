@@ -79,6 +79,25 @@ def refusing(where: str) -> Generator[None]:
         raise UserError(f"{where}: cannot be written: {one_line(error)}") from None
 
 
+def read_bytes(path: Path, most: int) -> bytes:
+    """A file that may have come from anywhere.
+
+    Args:
+        path: of the file.
+        most: bytes that it may have.
+
+    Raises:
+        UserError: it is missing, no file, or has more bytes.
+    """
+    try:
+        size = path.stat().st_size
+        if size > most:
+            raise UserError(f"{path}: has {size} bytes, must be at most {most}")
+        return path.read_bytes()
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
+
+
 def read_json(path: Path) -> dict[str, Any]:
     """A JSON file that holds one object.
 

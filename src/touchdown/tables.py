@@ -58,6 +58,11 @@ def evaluation_table(
     return Group(Text(title, style="bold"), table, Text(notes, style="dim"))
 
 
+def evaluation_rows(evaluation: Evaluation) -> list[tuple[str, str]]:
+    """What the table says of one pilot: each row's name and cell, in its order."""
+    return [(name.strip(), cell(evaluation.summary)) for name, cell in _rows(evaluation)]
+
+
 def _points(value: float, decimals: int) -> str:
     """Return points; of worlds that pay 1 in all, the hundredths are what there is to see."""
     return f"{value:.{2 if abs(value) < 2 else decimals}f}"

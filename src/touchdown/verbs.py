@@ -10,6 +10,7 @@ from touchdown.agents.build import check_fits
 from touchdown.config import Config
 from touchdown.control.pid import PIDConfig, Rule
 from touchdown.errors import UserError
+from touchdown.exports.export import Export, Format, export_run
 from touchdown.lander import env as lander
 from touchdown.lander import flight as flights
 from touchdown.lander import render
@@ -27,7 +28,8 @@ from touchdown.runs.train import stop_threshold
 from touchdown.seeding import TEST_STARTS
 
 PilotLike = str | Path | NamedPilot | Run
-"""A run, its name, `pid`, `heuristic`, `random`, or a file of weights or gains."""
+"""A run, its name, `pid`, `heuristic`, `random`, a pilot that comes with touchdown, or a file:
+weights (`.safetensors`), gains (`.toml`), an `.onnx` model, a `.zip` of Stable-Baselines3."""
 
 
 def train(
@@ -88,11 +90,12 @@ def evaluate(
     """Fly a pilot greedily on stock Gymnasium and count.
 
     Args:
-        pilot: a run, its name, `pid`, `heuristic`, `random`, or a file of weights or gains.
+        pilot: a run, its name, or another pilot; see `PilotLike`.
         episodes: starts to fly.
         seed: environment seed of the first start; the others follow it one by one. Seeds below
             1,000,000 are test starts.
-        env_id: the world for `random`; the others know theirs.
+        env_id: the world for `random`, a `.zip`, and an `.onnx` that names none; the others know
+            theirs.
         runs_dir: where runs are kept.
         console: where to show progress; quiet if None.
 
@@ -119,10 +122,11 @@ def fly(
     """Fly one episode and, if wanted, film it.
 
     Args:
-        pilot: a run, its name, `pid`, `heuristic`, `random`, or a file of weights or gains.
+        pilot: a run, its name, or another pilot; see `PilotLike`.
         seed: environment seed of the start.
         out: a `.gif` or `.mp4` to write, or `window` to watch it live; None only flies.
-        env_id: the world for `random`; the others know theirs.
+        env_id: the world for `random`, a `.zip`, and an `.onnx` that names none; the others know
+            theirs.
         runs_dir: where runs are kept.
 
     Raises:
@@ -195,6 +199,32 @@ def tune_pid(
         with files.refusing(f"{step.best}: found, but out {str(out)!r}"):
             files.write_atomic(Path(out), tune.to_toml(step, starts, seed, first))
     return step.best
+
+
+def export(
+    run: str | Run,
+    format: Format = "onnx",  # noqa: A002 - as the flag
+    *,
+    out: Path | str | None = None,
+    runs_dir: Path | str = DEFAULT_RUNS,
+) -> Export:
+    """Write a run's best pilot for others to fly, with a card that says what it is.
+
+    Args:
+        run: a run, its name or its folder.
+        format: `onnx`, flown by any ONNX runtime and checked against the pilot before it is
+            written, or `safetensors`, our own.
+        out: the folder to make; `<run>-<format>` in the current one if None.
+        runs_dir: where runs are kept.
+
+    Raises:
+        UserError: there is no such run, it has no weights yet or broken files, the folder is there
+            already or cannot be written, something is not installed, or the model does not fly as
+            the pilot does.
+    """
+    device.use_default()
+    found = run if isinstance(run, Run) else show(run, runs_dir)
+    return export_run(found, format, None if out is None else Path(out))
 
 
 def show(run: str, runs_dir: Path | str = DEFAULT_RUNS) -> Run:

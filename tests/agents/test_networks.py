@@ -7,7 +7,7 @@ import pytest
 from numpy.random import default_rng
 from numpy.testing import assert_allclose
 
-from touchdown.agents.networks import DuelingHead, NoisyLinear, QNetwork
+from touchdown.agents.networks import DuelingHead, NoisyLinear, QNetwork, in_blocks
 from touchdown.config import NetworkConfig
 
 ACTIVATIONS = {
@@ -302,3 +302,15 @@ def test_a_noisy_dueling_head_names_its_deviations_too():
     kinds = ("weight", "bias", "weight_sigma", "bias_sigma")
     names = [f"{part}.{kind}" for part in ("value", "advantage") for kind in kinds]
     assert list(network.layers(np.zeros(network.num_params, np.float32))) == names
+
+
+def test_blocks_are_of_one_size_and_their_filling_is_left_out():
+    seen: list[tuple[int, ...]] = []
+
+    def double(block: np.ndarray) -> np.ndarray:
+        seen.append(block.shape)
+        return 2 * block[:, 0]
+
+    observations = np.arange(10).reshape(5, 2)
+    assert in_blocks(double, observations, rows=2).tolist() == [0, 4, 8, 12, 16]
+    assert seen == [(2, 2)] * 3

@@ -251,19 +251,39 @@ class GreedyPilot:
         return self.values(observations).argmax(axis=1)
 
     def values(self, observations: FloatArray) -> FloatArray:
-        """Q(s,·) of each observation: [N, D] to [N, A].
+        """Q(s,·) of each observation: [N, D] to [N, A]."""
 
-        Calls always have the same shape: one compilation serves all, and a value does not depend
-        on how many observations came along (another shape may round another way).
-        """
-        values: list[FloatArray] = []
-        for first in range(0, len(observations), _ROWS):
-            rows = observations[first : first + _ROWS]
-            padded = np.zeros((_ROWS, rows.shape[1]), np.float32)
-            padded[: len(rows)] = rows
-            q = cast(jax.Array, self._network_values(self._params, padded))
-            values.append(np.asarray(q)[: len(rows)])
-        return np.concatenate(values)
+        def values_of(block: FloatArray) -> NDArray[Any]:
+            return np.asarray(cast(jax.Array, self._network_values(self._params, block)))
+
+        return in_blocks(values_of, observations)
+
+
+def in_blocks(
+    function: Callable[[NDArray[np.float32]], NDArray[Any]],
+    observations: FloatArray,
+    rows: int = _ROWS,
+) -> NDArray[Any]:
+    """A function of observations, called for blocks of as many each time.
+
+    So one compilation serves all calls, and what comes of an observation does not depend on how
+    many came along (another shape may round another way).
+
+    Args:
+        function: [rows, D] to [rows, ...].
+        observations: [N, D], 1 or more.
+        rows: in a block; the last is filled up with zeros.
+
+    Returns:
+        [N, ...].
+    """
+    results: list[NDArray[Any]] = []
+    for first in range(0, len(observations), rows):
+        some = observations[first : first + rows]
+        padded = np.zeros((rows, some.shape[1]), np.float32)
+        padded[: len(some)] = some
+        results.append(function(padded)[: len(some)])
+    return np.concatenate(results)
 
 
 def _split(module: eqx.Module) -> tuple[Any, Any]:

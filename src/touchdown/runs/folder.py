@@ -19,6 +19,8 @@ from touchdown.lander.env import engine_in_use, is_lander
 FORMAT_VERSION = 1
 CONTROLLERS = ("pid", "heuristic", "random")
 """Pilots that need no run, and so names that no run may have."""
+PILOT_FILES = (".toml", ".safetensors", ".onnx", ".zip")
+"""Endings of files that hold a pilot, and so of no run's name."""
 DEFAULT_RUNS = Path("runs")
 _RECORDED_PACKAGES = (
     "touchdown",
@@ -108,7 +110,7 @@ def create(runs_dir: Path, config: Config, name: str | None = None) -> RunFolder
             f"name {name!r}: must be a plain folder name of letters, digits, '.', '_' and '-', "
             "such as pilot-0"
         )
-    if name in CONTROLLERS or (name and name.endswith((".toml", ".safetensors"))):
+    if name in CONTROLLERS or (name and name.endswith(PILOT_FILES)):
         raise UserError(f"name {name!r}: means another pilot to evaluate and fly; choose another")
     default = f"{config.preset}-{config.seed}"
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import gymnasium
 import numpy as np
@@ -16,16 +16,21 @@ from touchdown import config as configs
 from touchdown import files
 from touchdown.agents.agent import Model
 from touchdown.agents.dqn import make_network
+from touchdown.agents.networks import QNetwork
 from touchdown.agents.table import QTable, states_of
 from touchdown.config import Config, NetworkConfig, TableConfig
 from touchdown.control.pid import PIDConfig, PIDPilot, Rule
 from touchdown.errors import UserError, one_line
+from touchdown.foreign.onnx_pilot import read_onnx
+from touchdown.foreign.sb3 import read_policy
 from touchdown.lander import env as lander
 from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
-from touchdown.types import FloatArray, IntArray, Pilot
+from touchdown.types import FloatArray, IntArray, Pilot, Spaces, ValuePilot
 
 WEIGHTS_FORMAT_VERSION = 2
+SHIPPED = resources.files("touchdown") / "weights"
+"""Where the weights of the pilots lie that come with touchdown, `<name>.safetensors`."""
 _KINDS = {"network": NetworkConfig, "table": TableConfig}  # of model, by the key of its config
 
 
@@ -102,28 +107,49 @@ def load(
     """A pilot by its name.
 
     Args:
-        name: `pid`, `heuristic`, `random`, a run in `runs_dir`, or the path of a run, of a
-            `.safetensors` file that a run wrote, or of a `.toml` file with a PID's gains.
+        name: `pid`, `heuristic`, `random`, a run in `runs_dir`, a pilot that comes with touchdown,
+            or the path of a run, of a `.safetensors` file that a run wrote, of a `.toml` file with
+            a PID's gains, of an `.onnx` model, or of a `.zip` that Stable-Baselines3 saved. A run
+            in `runs_dir` goes before a pilot of the same name that comes with touchdown.
         runs_dir: where runs are kept.
-        env_id: the world for `random`; the others know theirs.
+        env_id: the world for `random`, a `.zip`, and an `.onnx` that names none; the others know
+            theirs.
 
     Raises:
         UserError: there is no such pilot, its files are broken, or it has nothing to fly with yet.
     """
     path = Path(name)
+    if name in folders.CONTROLLERS:
+        return _controller(name, env_id)
+    if path.suffix in folders.PILOT_FILES:
+        return _from_file(path, env_id)
+    shipped = SHIPPED / f"{name}.safetensors"
+    if configs.is_plain_name(name) and not (runs_dir / name).is_dir() and shipped.is_file():
+        with resources.as_file(shipped) as weights:
+            return load_weights(weights)
+    return load_run(folders.find(name, runs_dir))
+
+
+def _controller(name: str, env_id: str) -> NamedPilot:
     if name == "random":
         world = lander.make(env_id)
         world.env.close()
         return NamedPilot(name, RandomPilot(world.spaces.num_actions), env_id)
     if name == "heuristic":
         return NamedPilot(name, HeuristicPilot(), lander.LANDER_IDS[0])
-    if name == "pid":
-        return NamedPilot(name, PIDPilot(shipped_pid()), lander.LANDER_IDS[0])
-    if path.suffix == ".toml":
-        return NamedPilot(path.stem, PIDPilot(read_pid(path)), lander.LANDER_IDS[0])
-    if path.suffix == ".safetensors":
-        return load_weights(path)
-    return load_run(folders.find(name, runs_dir))
+    return NamedPilot(name, PIDPilot(shipped_pid()), lander.LANDER_IDS[0])
+
+
+def _from_file(path: Path, env_id: str) -> NamedPilot:
+    match path.suffix:
+        case ".toml":
+            return NamedPilot(path.stem, PIDPilot(read_pid(path)), lander.LANDER_IDS[0])
+        case ".onnx":
+            return NamedPilot(path.stem, *read_onnx(path, env_id))
+        case ".zip":
+            return NamedPilot(path.stem, read_policy(path, env_id), env_id)
+        case _:
+            return load_weights(path)
 
 
 def load_run(folder: RunFolder) -> NamedPilot:
@@ -132,13 +158,22 @@ def load_run(folder: RunFolder) -> NamedPilot:
     Raises:
         UserError: it has none yet, or its files are broken.
     """
+    pilot = load_weights(best_weights(folder))
+    return NamedPilot(folder.name, pilot.pilot, pilot.env_id)
+
+
+def best_weights(folder: RunFolder) -> Path:
+    """The file of the best weights that a run has found so far.
+
+    Raises:
+        UserError: it has none yet.
+    """
     if not folder.best.is_file():
         raise UserError(
             f"run {folder.name!r}: no weights yet (they come with the first validation); "
             f"train on with: touchdown train --resume {folder.name}"
         )
-    pilot = load_weights(folder.best)
-    return NamedPilot(folder.name, pilot.pilot, pilot.env_id)
+    return folder.best
 
 
 def save_weights(
@@ -169,8 +204,34 @@ def save_weights(
     files.write_atomic(path, save(tensors, metadata))
 
 
+class Weights(NamedTuple):
+    """What a file of `save_weights` holds."""
+
+    model: QNetwork | QTable
+    params: FloatArray
+    """Flat, [P]."""
+    env_id: str
+    spaces: Spaces
+    """Of that world."""
+
+    @property
+    def pilot(self) -> ValuePilot:
+        """Flies them."""
+        return self.model.pilot(self.params)
+
+
 def load_weights(path: Path) -> NamedPilot:
     """A pilot from a file of `save_weights`.
+
+    Raises:
+        UserError: it is cut off, of another version, or no pilot of ours.
+    """
+    weights = read_weights(path)
+    return NamedPilot(path.stem, weights.pilot, weights.env_id)
+
+
+def read_weights(path: Path) -> Weights:
+    """What a file of `save_weights` holds.
 
     Raises:
         UserError: it is cut off, of another version, or no pilot of ours.
@@ -200,7 +261,7 @@ def load_weights(path: Path) -> NamedPilot:
         raise UserError(
             f"{path}: not a pilot's weights for env_id {env_id!r}: {one_line(error)}"
         ) from None
-    return NamedPilot(path.stem, shape.pilot(params), env_id)
+    return Weights(shape, params, env_id, world.spaces)
 
 
 def _check_sizes(shape: NetworkConfig, tensors: files.Tensors) -> None:

@@ -1,0 +1,139 @@
+"""A model card: what a pilot is and how well it flies, as a README that Hugging Face reads."""
+
+import json
+from importlib.metadata import version
+from typing import Any, cast
+
+from touchdown import config as configs
+from touchdown import files
+from touchdown.exports.agreement import Agreement
+from touchdown.runs.evaluation import Evaluation
+from touchdown.runs.pilots import facts_of
+from touchdown.runs.run import Run
+from touchdown.tables import evaluation_rows
+
+
+def model_card(run: Run, model_file: str, agreement: Agreement | None) -> str:
+    """The text of a `README.md`, YAML first, with the run's results if it has any.
+
+    Args:
+        run: that the pilot is of.
+        model_file: the name of the file beside the card.
+        agreement: of an ONNX model with the pilot; None for weights in our own format.
+
+    Raises:
+        UserError: a file of the run is missing or broken.
+    """
+    evaluation = run.evaluation
+    parts = [
+        _header(run, evaluation),
+        f"# {run.name}\n\n{_what_it_is(run)}",
+        "## Results\n\n" + (_results(evaluation) if evaluation else _NO_RESULTS),
+        "## Fly it\n\n" + _how_to_fly(model_file, agreement),
+        f"## Settings\n\n```toml\n{configs.to_toml(run.config).strip()}\n```",
+        "## Where it comes from\n\n" + _provenance(run),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+_NO_RESULTS = (
+    "This run has no evaluation yet: it was exported before its test flights. "
+    "How well it flies is not known."
+)
+
+
+def _header(run: Run, evaluation: Evaluation | None) -> str:
+    """YAML, of which JSON is a part: texts are quoted as JSON quotes them."""
+    config = run.config
+    tags = [config.env_id, "deep-reinforcement-learning", "reinforcement-learning"]
+    tags += ["touchdown", config.algorithm, config.preset]
+    lines = ["---", 'library_name: "touchdown"', "tags:"]
+    lines += [f"- {_quoted(tag)}" for tag in dict.fromkeys(tags)]
+    if evaluation:
+        summary = evaluation.summary
+        mean = f"{summary.mean:.1f} +/- {summary.sd:.1f}"
+        lines += [
+            "model-index:",
+            f"- name: {_quoted(run.name)}",
+            "  results:",
+            "  - task:",
+            '      type: "reinforcement-learning"',
+            '      name: "reinforcement-learning"',
+            "    dataset:",
+            f"      name: {_quoted(config.env_id)}",
+            f"      type: {_quoted(config.env_id)}",
+            "    metrics:",
+            '    - type: "mean_reward"',
+            f"      value: {_quoted(mean)}",
+            '      name: "mean_reward"',
+            "      verified: false",
+            '    - type: "n_eval_episodes"',
+            f"      value: {summary.episodes}",
+            '      name: "n_eval_episodes"',
+        ]
+    return "\n".join([*lines, "---"])
+
+
+def _what_it_is(run: Run) -> str:
+    config = run.config
+    return (
+        f"A greedy pilot for Gymnasium's {config.env_id}, trained with touchdown "
+        f"(preset `{config.preset}`, algorithm `{config.algorithm}`, training seed {config.seed})."
+    )
+
+
+def _results(evaluation: Evaluation) -> str:
+    starts = [episode.seed for episode in evaluation.episodes]
+    rows = "\n".join(f"| {name} | {cell} |" for name, cell in evaluation_rows(evaluation))
+    return (
+        f"{len(starts)} greedy episodes on stock Gymnasium, from environment seeds {starts[0]} to "
+        f"{starts[-1]}, which neither training nor the choice of the checkpoint has seen. This is "
+        "one trained agent: another training seed gives another.\n\n"
+        f"| | {evaluation.name} |\n| --- | --- |\n{rows}\n\n"
+        "IQM: interquartile mean, with its 95% bootstrap interval. Worst 5%: mean of the lowest."
+    )
+
+
+def _how_to_fly(model_file: str, agreement: Agreement | None) -> str:
+    if agreement is None:
+        return (
+            f"```bash\ntouchdown evaluate {model_file}\n"
+            f"touchdown fly {model_file} --seed 7\n```\n\n"
+            f"`{model_file}` is a safetensors file: arrays by name, and no code."
+        )
+    return (
+        f"```bash\npip install onnxruntime 'gymnasium[box2d]'\npython fly_onnx.py\n```\n\n"
+        f"or, with `touchdown[onnx]`:\n\n```bash\ntouchdown evaluate {model_file}\n```\n\n"
+        "Input `observations`: float32 [N, D], as the world shows them (a numbered state one-hot). "
+        "Outputs `q_values`: float32 [N, A], and `action`: int64 [N], the best of them.\n\n"
+        f"Checked in onnxruntime when it was exported: {agreement}."
+    )
+
+
+def _provenance(run: Run) -> str:
+    made = files.read_json(run.folder.provenance)
+    facts = facts_of(run.folder.best)
+    rows: dict[str, Any] = {
+        "run": run.name,
+        "config digest": run.config.digest,
+        "training seed": run.config.seed,
+        "trained with": _versions(made),
+        "source": made.get("git_commit"),
+        "exported with": f"touchdown {version('touchdown')}",
+        "checkpoint": f"after {facts['observations']:,} observations"
+        if isinstance(facts.get("observations"), int)
+        else None,
+    }
+    return "\n".join(f"- {name}: {value}" for name, value in rows.items() if value is not None)
+
+
+def _versions(made: dict[str, Any]) -> str | None:
+    versions = made.get("versions")
+    if not isinstance(versions, dict):
+        return None
+    known = cast(dict[str, object], versions)
+    return ", ".join(f"{name} {number}" for name, number in known.items())
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)

@@ -1,0 +1,98 @@
+"""A run's pilot in a folder of its own: the model, its card, and what flies it."""
+
+import json
+from dataclasses import dataclass
+from importlib import resources
+from importlib.metadata import version
+from pathlib import Path
+from typing import Literal, get_args
+
+from touchdown import files
+from touchdown.agents.networks import QNetwork
+from touchdown.errors import UserError
+from touchdown.exports import agreement as agreements
+from touchdown.exports import graph
+from touchdown.exports.agreement import Agreement
+from touchdown.exports.card import model_card
+from touchdown.foreign.onnx_pilot import OnnxModel
+from touchdown.runs import pilots
+from touchdown.runs.pilots import Weights
+from touchdown.runs.run import Run
+
+Format = Literal["onnx", "safetensors"]
+CARD, EXAMPLE = "README.md", "fly_onnx.py"
+
+
+@dataclass(frozen=True, slots=True)
+class Export:
+    """What was written."""
+
+    folder: Path
+    files: tuple[Path, ...]
+    """The model first."""
+    agreement: Agreement | None
+    """Of an ONNX model with the pilot that it was made of; None for another format."""
+
+
+def export_run(run: Run, file_format: Format, out: Path | None = None) -> Export:
+    """Write a run's best pilot for others to fly: all of the folder, or nothing.
+
+    Args:
+        run: with weights, finished or not.
+        file_format: `onnx`, or `safetensors`, our own.
+        out: the folder to make; `<run>-<format>` here if None.
+
+    Raises:
+        UserError: the folder is there already or cannot be written, the run has no weights yet or
+            broken files, something is not installed, or the model does not fly as the pilot does.
+    """
+    if file_format not in get_args(Format):
+        raise UserError(f"format {file_format!r}: must be one of {', '.join(get_args(Format))}")
+    folder = out if out is not None else Path(f"{run.name}-{file_format}")
+    if folder.exists():
+        raise UserError(f"out {str(folder)!r}: is there already; choose another folder")
+    if file_format == "onnx":
+        graph.check_installed()
+    path = pilots.best_weights(run.folder)
+    weights = pilots.read_weights(path)
+    name = f"{run.name}.{file_format}"
+    agreement, content = None, dict[str, bytes]()
+    if file_format == "onnx":
+        content[name], agreement = _checked_onnx(run, weights)
+        example = resources.files("touchdown.exports") / EXAMPLE
+        content[EXAMPLE] = example.read_bytes()
+    else:
+        content[name] = files.read_bytes(path, path.stat().st_size)
+    content[CARD] = model_card(run, name, agreement).encode()
+
+    def fill(temporary: Path) -> None:
+        for each, data in content.items():
+            (temporary / each).write_bytes(data)
+
+    with files.refusing(f"out {str(folder)!r}"):
+        files.write_folder_atomic(folder, fill)
+    return Export(folder, tuple(folder / each for each in content), agreement)
+
+
+def _checked_onnx(run: Run, weights: Weights) -> tuple[bytes, Agreement]:
+    model, spaces = weights.model, weights.spaces
+    config = run.config
+    metadata = {
+        "env_id": weights.env_id,
+        "run": run.name,
+        "preset": config.preset,
+        "seed": str(config.seed),
+        "config_digest": config.digest,
+        "touchdown": version("touchdown"),
+        **{name: json.dumps(value) for name, value in model.describe().items()},
+    }
+    data = graph.onnx_model(
+        model, weights.params, spaces.observation_size, spaces.num_actions, metadata
+    )
+    pilot = weights.pilot
+    seen = agreements.seen_in_flight(pilot, weights.env_id)
+    largest_term = 0.0
+    if isinstance(model, QNetwork) and model.config.atoms:
+        largest_term = max(abs(model.config.v_min), abs(model.config.v_max))
+    checked = OnnxModel(data, "format 'onnx'")
+    return data, agreements.check(checked, pilot, seen, largest_term)

@@ -1,0 +1,172 @@
+"""A trained model as an ONNX graph: `observations` in, `q_values` and the greedy `action` out."""
+
+from collections.abc import Mapping
+from importlib import import_module
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchdown.agents.networks import QNetwork
+from touchdown.agents.table import QTable
+from touchdown.agents.tabular import Grid
+from touchdown.errors import UserError
+from touchdown.types import FloatArray
+
+OPSET, IR_VERSION = 17, 8  # of 2022: old enough for most runtimes, new enough to normalise layers
+_EPSILON = 1e-5  # equinox's, in a layer's normalisation
+
+
+def check_installed() -> None:
+    """Refuse to begin without what an export to ONNX needs.
+
+    Raises:
+        UserError: onnx or onnxruntime is not installed.
+    """
+    for name in ("onnx", "onnxruntime"):
+        try:
+            import_module(name)
+        except ImportError:
+            raise UserError(
+                f"format 'onnx': needs {name}, which is not installed: "
+                "pip install 'touchdown[onnx]'"
+            ) from None
+
+
+def onnx_model(
+    model: QNetwork | QTable,
+    params: FloatArray,
+    observation_size: int,
+    num_actions: int,
+    metadata: Mapping[str, str],
+) -> bytes:
+    """An ONNX file.
+
+    Its input `observations` is float32 [N, D], for any N; `q_values` is float32 [N, A] and `action`
+    int64 [N], the first of the best.
+
+    Args:
+        model: a network, flown by the means of its noisy weights, or a table.
+        params: flat, [P].
+        observation_size: D; a Discrete world's observations are one-hot.
+        num_actions: A.
+        metadata: texts to keep in the file.
+    """
+    onnx: Any = import_module("onnx")
+    helper, kinds = onnx.helper, onnx.TensorProto
+    graph = _Graph(onnx)
+    if isinstance(model, QNetwork):
+        q = _network(graph, model, params)
+    else:
+        q = _table(graph, model, params)
+    graph.add("ArgMax", q, output="action", axis=1, keepdims=0)
+    graph.add("Cast", q, output="q_values", to=kinds.FLOAT)  # a table's are double until here
+    made = helper.make_model(
+        helper.make_graph(
+            graph.nodes,
+            "touchdown",
+            [helper.make_tensor_value_info("observations", kinds.FLOAT, ["N", observation_size])],
+            [
+                helper.make_tensor_value_info("q_values", kinds.FLOAT, ["N", num_actions]),
+                helper.make_tensor_value_info("action", kinds.INT64, ["N"]),
+            ],
+            graph.constants,
+        ),
+        opset_imports=[helper.make_opsetid("", OPSET)],
+        ir_version=IR_VERSION,
+        producer_name="touchdown",
+        producer_version=version("touchdown"),
+    )
+    helper.set_model_props(made, dict(metadata))
+    onnx.checker.check_model(made, full_check=True)
+    return made.SerializeToString()
+
+
+class _Graph:
+    """Nodes and constants in the making, each known by a name."""
+
+    def __init__(self, onnx: Any) -> None:
+        self.nodes: list[Any] = []
+        self.constants: list[Any] = []
+        self._onnx = onnx
+
+    def add(self, operator: str, *inputs: str, output: str = "", **attributes: Any) -> str:
+        """One more node; gives the name of its output."""
+        name = output or f"{operator}.{len(self.nodes)}"
+        self.nodes.append(self._onnx.helper.make_node(operator, inputs, [name], **attributes))
+        return name
+
+    def constant(self, value: NDArray[Any], name: str = "") -> str:
+        """One more constant; gives its name."""
+        name = name or f"constant.{len(self.constants)}"
+        self.constants.append(self._onnx.numpy_helper.from_array(np.array(value), name))
+        return name
+
+    def cast(self, name: str, dtype: type[np.generic]) -> str:
+        """A value in another type of numbers."""
+        to = self._onnx.helper.np_dtype_to_tensor_dtype(np.dtype(dtype))
+        return self.add("Cast", name, to=to)
+
+
+def _network(graph: _Graph, network: QNetwork, params: FloatArray) -> str:
+    """Q(s,·), [N, A], of the networks that `QNetwork` makes, layer by layer as it makes them."""
+    config = network.config
+    layers = {name: np.asarray(value) for name, value in network.layers(params).items()}
+    x = "observations"
+    for number in range(len(config.hidden_sizes)):
+        x = _linear(graph, x, layers, f"layers.{number}")
+        if config.layer_norm:
+            names = [f"norms.{number}.{kind}" for kind in ("weight", "bias")]
+            scale, shift = (graph.constant(layers[name], name) for name in names)
+            x = graph.add("LayerNormalization", x, scale, shift, axis=-1, epsilon=_EPSILON)
+        x = _activated(graph, x, config.activation)
+    outputs = max(1, config.quantiles, config.atoms)
+    by_action = graph.constant(np.array([0, network.num_actions, outputs]))  # 0: as many as come
+    if config.dueling:
+        advantage = _linear(graph, x, layers, "advantage")
+        advantage = graph.add("Reshape", advantage, by_action)
+        mean = graph.add("ReduceMean", advantage, axes=[1], keepdims=1)
+        value = _linear(graph, x, layers, "value")
+        value = graph.add("Reshape", value, graph.constant(np.array([0, 1, outputs])))
+        z = graph.add("Sub", graph.add("Add", value, advantage), mean)
+    else:
+        x = _linear(graph, x, layers, f"layers.{len(config.hidden_sizes)}")
+        z = graph.add("Reshape", x, by_action)
+    if config.atoms:
+        support = graph.constant(np.asarray(network.support), "support")
+        return graph.add("MatMul", graph.add("Softmax", z, axis=-1), support)
+    return graph.add("ReduceMean", z, axes=[2], keepdims=0)  # of one, itself
+
+
+def _linear(graph: _Graph, x: str, layers: Mapping[str, NDArray[Any]], name: str) -> str:
+    """W·x + b; of noisy weights the means, which have the same names."""
+    names = [f"{name}.{kind}" for kind in ("weight", "bias")]
+    weight, bias = (graph.constant(layers[each], each) for each in names)
+    return graph.add("Gemm", x, weight, bias, transB=1)
+
+
+def _activated(graph: _Graph, x: str, activation: str) -> str:
+    if activation == "silu":
+        return graph.add("Mul", x, graph.add("Sigmoid", x))
+    return graph.add({"relu": "Relu", "tanh": "Tanh"}[activation], x)
+
+
+def _table(graph: _Graph, table: QTable, params: FloatArray) -> str:
+    """Q(s,·), [N, A], by the state's number; in double precision, as the table learnt."""
+    q = graph.constant(table.layers(params)["q"], "q")
+    states = table.states
+    if not isinstance(states, Grid):
+        return graph.add("Gather", q, graph.add("ArgMax", "observations", axis=1, keepdims=0))
+    low, high, bins = np.array(states.low), np.array(states.high), np.array(states.bins)
+    strides = np.append(np.cumprod(bins[:0:-1])[::-1], 1)  # the last dimension varies fastest
+    x = graph.cast("observations", np.double)
+    x = graph.add("Max", x, graph.constant(low))
+    x = graph.add("Min", x, graph.constant(high))
+    x = graph.add("Sub", x, graph.constant(low))
+    x = graph.add("Div", x, graph.constant(high - low))
+    x = graph.add("Mul", x, graph.constant(bins.astype(np.double)))
+    cells = graph.add("Min", graph.cast(x, np.int64), graph.constant(bins - 1))
+    weighed = graph.add("Mul", cells, graph.constant(strides))
+    axis = graph.constant(np.array([1]))
+    return graph.add("Gather", q, graph.add("ReduceSum", weighed, axis, keepdims=0))

@@ -1,0 +1,75 @@
+"""A zip archive from anywhere: read in memory, never unpacked, and never more of it than meant."""
+
+import io
+import struct
+import zipfile
+import zlib
+
+_READABLE = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+_MOST_MEMBERS = 10_000
+_ENCRYPTED = 0x1  # of a member's flags
+_BROKEN = (
+    zipfile.BadZipFile,
+    EOFError,
+    NotImplementedError,  # a feature of zip that Python does not know
+    OSError,  # a place before the beginning
+    OverflowError,
+    RuntimeError,
+    struct.error,
+    ValueError,
+    zlib.error,
+)
+
+
+class Archive:
+    """A zip archive's members by name.
+
+    A name is only compared, never a path of this machine's.
+
+    Args:
+        data: the whole archive.
+
+    Raises:
+        ValueError: it is no zip archive, or has more members than any that is meant here.
+    """
+
+    def __init__(self, data: bytes) -> None:
+        try:
+            self._zip = zipfile.ZipFile(io.BytesIO(data))
+            self._members = {member.filename: member for member in self._zip.infolist()}
+        except _BROKEN:
+            raise ValueError("not a whole zip archive") from None
+        if len(self._members) > _MOST_MEMBERS:
+            raise ValueError(f"has {len(self._members)} members, must be at most {_MOST_MEMBERS}")
+
+    @property
+    def names(self) -> list[str]:
+        """The members' names."""
+        return list(self._members)
+
+    def read(self, name: str, most: int) -> bytes:
+        """A member's bytes.
+
+        Args:
+            name: of the member.
+            most: bytes that it may have, unpacked.
+
+        Raises:
+            ValueError: there is none, it has more bytes, or it is broken, encrypted or packed in a
+                way that is not read here.
+        """
+        if name not in self._members:
+            raise ValueError(f"holds no {name!r}")
+        member = self._members[name]
+        if member.file_size > most:
+            raise ValueError(f"{name!r} has {member.file_size} bytes, must be at most {most}")
+        if member.flag_bits & _ENCRYPTED or member.compress_type not in _READABLE:
+            raise ValueError(f"{name!r} is encrypted, or packed otherwise than by deflate")
+        try:
+            with self._zip.open(member) as file:
+                data = file.read(most + 1)  # the size above is only what the archive says
+        except _BROKEN:
+            data = b""
+        if len(data) != member.file_size:
+            raise ValueError(f"{name!r} is cut off or altered")
+        return data

@@ -1,0 +1,225 @@
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import jax
+import numpy as np
+import pytest
+import yaml
+
+import touchdown
+from touchdown import files, presets
+from touchdown.agents.dqn import make_network
+from touchdown.agents.table import QTable
+from touchdown.agents.tabular import OneHot
+from touchdown.config import Config
+from touchdown.exports import agreement
+from touchdown.foreign.onnx_pilot import OnnxModel
+from touchdown.lander import env as lander
+from touchdown.runs import evaluation as evaluations
+from touchdown.runs import folder as folders
+from touchdown.runs import pilots
+from touchdown.runs.run import Run
+
+
+def made(runs_dir: Path, preset: str = "pilot", *, evaluated: bool = True) -> Run:
+    """A run as a training leaves it, without one."""
+    config = presets.preset(preset)
+    if config.algorithm == "dqn":
+        config = replace(config, network=replace(config.network, hidden_sizes=(8,)))
+    folder = folders.create(runs_dir, config)
+    model, params = fresh(config)
+    facts = {"observations": 12_345, "validation_return": 1.5}
+    pilots.save_weights(folder.best, model, params, facts, config)
+    run = Run(folder)
+    if evaluated:
+        flown = evaluations.evaluate_pilot(run.pilot, range(3))
+        evaluations.write_evaluations(folder.evaluation, [flown], facts)
+    return run
+
+
+def fresh(config: Config):
+    if config.algorithm == "tabular":
+        table = QTable(OneHot(16), 4, config.table)
+        return table, np.random.default_rng(0).normal(size=64)
+    world = lander.make(config.env_id)
+    world.env.close()
+    network = make_network(config.network, world.spaces)
+    return network, np.asarray(network.init(jax.random.key(3)))
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory) -> Run:
+    return made(tmp_path_factory.mktemp("runs"))
+
+
+@pytest.fixture(scope="module")
+def exported(run, tmp_path_factory):
+    return touchdown.export(run, out=tmp_path_factory.mktemp("out") / "here" / "mine")
+
+
+def header(card: str) -> dict:
+    return yaml.safe_load(card.split("---\n")[1])
+
+
+def test_an_export_is_the_model_its_card_and_what_flies_it(exported):
+    assert [path.name for path in exported.files] == ["pilot-0.onnx", "fly_onnx.py", "README.md"]
+    assert sorted(exported.files) == sorted(exported.folder.iterdir())
+    assert exported.agreement.observations == 10_000
+    assert exported.agreement.differing <= exported.agreement.close < 1_000
+
+
+def test_the_model_flies_as_the_run_does(run, exported):
+    model = exported.files[0]
+    ours = touchdown.evaluate(run, episodes=4)
+    theirs = touchdown.evaluate(model, episodes=4)
+    assert theirs.episodes == ours.episodes
+    assert (theirs.name, theirs.env_id) == ("pilot-0", "LunarLander-v3")
+    flight = touchdown.fly(model, seed=2)
+    assert flight.episode_return == pytest.approx(ours.episodes[2].episode_return)
+
+
+def test_the_model_says_where_it_comes_from(run, exported):
+    metadata = OnnxModel(exported.files[0].read_bytes(), "test").metadata
+    assert json.loads(metadata.pop("network"))["hidden_sizes"] == [8]
+    assert metadata == {
+        "env_id": "LunarLander-v3",
+        "run": "pilot-0",
+        "preset": "pilot",
+        "seed": "0",
+        "config_digest": run.config.digest,
+        "touchdown": touchdown.__version__,
+    }
+
+
+def test_the_example_flies_it_without_touchdown(run, exported):
+    code = (
+        "import sys, runpy\n"
+        "sys.modules['touchdown'] = None\n"  # importing it fails
+        f"runpy.run_path({str(exported.folder / 'fly_onnx.py')!r}, run_name='__main__')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    flown = touchdown.evaluate(run, episodes=5).episodes
+    assert done.stdout.splitlines() == [
+        f"start {episode.seed}: return {episode.episode_return:.1f}" for episode in flown
+    ]
+
+
+def test_the_card_has_the_results_for_people_and_for_machines(run, exported):
+    card = (exported.folder / "README.md").read_text("utf-8")
+    summary = run.evaluation.summary
+    top = header(card)
+    assert top["library_name"] == "touchdown"
+    assert {"LunarLander-v3", "deep-reinforcement-learning", "reinforcement-learning"} <= set(
+        top["tags"]
+    )
+    (entry,) = top["model-index"]
+    (result,) = entry["results"]
+    assert entry["name"] == "pilot-0"
+    assert result["task"]["type"] == "reinforcement-learning"
+    assert result["dataset"] == {"name": "LunarLander-v3", "type": "LunarLander-v3"}
+    metrics = {metric["type"]: metric["value"] for metric in result["metrics"]}
+    assert metrics == {
+        "mean_reward": f"{summary.mean:.1f} +/- {summary.sd:.1f}",
+        "n_eval_episodes": 3,
+    }
+    assert f"| return, mean ± sd | {summary.mean:.1f} ± {summary.sd:.0f} |" in card
+    assert f"| crashed | {summary.outcomes.get('crashed', 0):.0%} |" in card
+    assert "| share ≥ 200 | 0% |" in card
+    assert "3 greedy episodes on stock Gymnasium, from environment seeds 0 to 2" in card
+    assert str(exported.agreement) in card
+    assert "hidden_sizes = [\n    8,\n]" in card
+    assert f"config digest: {run.config.digest}" in card
+    assert "after 12,345 observations" in card
+    assert f"trained with: touchdown {touchdown.__version__}, gymnasium " in card
+
+
+def test_a_run_without_test_flights_has_a_card_that_says_so(tmp_path):
+    run = made(tmp_path, evaluated=False)
+    export = touchdown.export(run, "safetensors", out=tmp_path / "out")
+    card = (export.folder / "README.md").read_text("utf-8")
+    assert "model-index" not in header(card)
+    assert "This run has no evaluation yet" in card
+
+
+def test_safetensors_are_the_runs_own_bytes(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    export = touchdown.export(run.name, "safetensors", runs_dir=run.path.parent)
+    assert export.folder == Path("pilot-0-safetensors")
+    assert [path.name for path in export.files] == ["pilot-0.safetensors", "README.md"]
+    assert export.files[0].read_bytes() == run.folder.best.read_bytes()
+    assert export.agreement is None
+    card = export.files[1].read_text("utf-8")
+    assert header(card)["model-index"][0]["name"] == "pilot-0"
+    assert "touchdown fly pilot-0.safetensors" in card
+
+
+def test_a_table_is_exported_too(tmp_path, monkeypatch):
+    monkeypatch.setattr(agreement, "OBSERVATIONS", 500)
+    run = made(tmp_path / "runs", "tabular-q")
+    export = touchdown.export(run, out=tmp_path / "out")
+    assert export.agreement.differing == 0
+    assert touchdown.evaluate(export.files[0], episodes=3).episodes == run.evaluation.episodes
+
+
+def test_what_is_there_is_not_written_over(run, tmp_path):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.txt").write_text("years of work")
+    (tmp_path / "file").write_text("mine")
+    for out in (tmp_path / "mine", tmp_path / "file", tmp_path):
+        with pytest.raises(touchdown.UserError, match="is there already; choose another folder"):
+            touchdown.export(run, out=out)
+    with pytest.raises(touchdown.UserError, match="cannot be written"):
+        touchdown.export(run, "safetensors", out=tmp_path / "file" / "inside")
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["file", "mine", "thesis.txt"]
+
+
+def test_a_model_that_flies_otherwise_is_not_written(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(agreement, "OBSERVATIONS", 100)
+    monkeypatch.setattr("touchdown.exports.graph._activated", lambda _graph, x, _name: x)
+    with pytest.raises(touchdown.UserError, match=r"of 100 actions differ.*nothing is written"):
+        touchdown.export(run, out=tmp_path / "out")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_full_disk_leaves_nothing_behind(run, tmp_path, monkeypatch):
+    def full(*_args) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(touchdown.UserError, match="cannot be written: No space left on device"):
+        touchdown.export(run, "safetensors", out=tmp_path / "out")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("missing", ["onnx", "onnxruntime"])
+def test_without_the_extra_it_says_what_to_install(run, tmp_path, monkeypatch, missing):
+    monkeypatch.setitem(sys.modules, missing, None)
+    with pytest.raises(touchdown.UserError) as said:
+        touchdown.export(run, out=tmp_path / "out")
+    assert str(said.value) == (
+        f"format 'onnx': needs {missing}, which is not installed: pip install 'touchdown[onnx]'"
+    )
+    assert not list(tmp_path.iterdir())
+    touchdown.export(run, "safetensors", out=tmp_path / "out")  # needs neither
+
+
+def test_a_run_without_weights_and_an_unknown_format_are_refused(run, tmp_path):
+    folder = folders.create(tmp_path, presets.preset("pilot"))
+    with pytest.raises(touchdown.UserError, match="no weights yet"):
+        touchdown.export(Run(folder), out=tmp_path / "out")
+    with pytest.raises(touchdown.UserError, match="format 'tflite': must be one of onnx, safet"):
+        touchdown.export(run, "tflite", out=tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_run_with_a_broken_record_is_refused(tmp_path):
+    run = made(tmp_path / "runs", evaluated=False)
+    run.folder.provenance.write_text("{")
+    with pytest.raises(touchdown.UserError, match=r"provenance\.json: not JSON"):
+        touchdown.export(run, "safetensors", out=tmp_path / "out")
+    run.folder.provenance.write_text(files.to_json({"versions": 3}))
+    touchdown.export(run, "safetensors", out=tmp_path / "out")
+    assert "trained with:" not in (tmp_path / "out" / "README.md").read_text("utf-8")

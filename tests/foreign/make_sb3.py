@@ -1,0 +1,51 @@
+"""Makes the archives in `sb3/` with Stable-Baselines3 itself, and notes what it does with them.
+
+Run by hand, in an environment that has stable_baselines3 and sb3_contrib: python make_sb3.py
+"""
+
+import io
+import json
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import torch
+from sb3_contrib import QRDQN
+from stable_baselines3 import A2C, DQN, PPO
+
+WORLD = "LunarLander-v3"
+HERE = Path(__file__).parent / "sb3"
+KEPT = ("data", "policy.pth", "_stable_baselines3_version")  # the rest is the optimiser's
+
+OFF_POLICY = {"buffer_size": 10, "device": "cpu"}
+MODELS = {
+    "dqn": (DQN, {"net_arch": [8, 8]}, OFF_POLICY),
+    "qrdqn": (QRDQN, {"net_arch": [8], "n_quantiles": 3}, OFF_POLICY),
+    "ppo": (PPO, {"net_arch": [8]}, {"n_steps": 8, "batch_size": 8, "device": "cpu"}),
+    "a2c": (A2C, {"net_arch": [8], "activation_fn": torch.nn.ReLU}, {"device": "cpu"}),
+}
+
+
+def main() -> None:
+    torch.set_num_threads(1)
+    observations = np.random.default_rng(0).normal(size=(200, 8)).astype(np.float32)
+    actions = {}
+    for name, (algorithm, policy, settings) in MODELS.items():
+        model = algorithm("MlpPolicy", WORLD, seed=0, policy_kwargs=policy, **settings)
+        with torch.no_grad():  # as far from each other as trained ones, so that actions vary
+            for weights in model.policy.parameters():
+                weights.copy_(torch.randn(weights.shape))
+        file = io.BytesIO()
+        model.save(file)
+        with (
+            zipfile.ZipFile(file) as saved,
+            zipfile.ZipFile(HERE / f"{name}.zip", "w", zipfile.ZIP_DEFLATED) as kept,
+        ):
+            for member in KEPT:
+                kept.writestr(member, saved.read(member))
+        actions[name] = model.predict(observations, deterministic=True)[0].tolist()
+    (HERE / "actions.json").write_text(json.dumps(actions) + "\n", "utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,82 @@
+from pathlib import Path
+
+import jax
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from touchdown.agents.networks import QNetwork
+from touchdown.config import Config, NetworkConfig
+from touchdown.errors import UserError
+from touchdown.runs import folder as folders
+from touchdown.runs import pilots
+
+CONFIG = Config(env_id="CartPole-v1", network=NetworkConfig(hidden_sizes=()))
+NETWORK = QNetwork(4, 2, CONFIG.network)
+OBSERVATIONS = np.random.default_rng(0).normal(size=(50, 4)).astype(np.float32)
+SB3 = Path(__file__).parents[1] / "foreign" / "sb3"
+
+
+def weights(path: Path, seed: int) -> np.ndarray:
+    """Writes a pilot, and gives its actions."""
+    params = np.asarray(NETWORK.init(jax.random.key(seed)))
+    pilots.save_weights(path, NETWORK, params, {}, CONFIG)
+    return NETWORK.pilot(params).act(OBSERVATIONS)
+
+
+@pytest.fixture
+def shipped(tmp_path, monkeypatch) -> Path:
+    folder = tmp_path / "weights"
+    folder.mkdir()
+    monkeypatch.setattr(pilots, "SHIPPED", folder)
+    return folder
+
+
+def test_a_pilot_that_comes_with_touchdown_goes_by_its_name(shipped, tmp_path):
+    actions = weights(shipped / "ace.safetensors", seed=0)
+    pilot = pilots.load("ace", tmp_path / "runs")
+    assert (pilot.name, pilot.env_id) == ("ace", "CartPole-v1")
+    assert_array_equal(pilot.pilot.act(OBSERVATIONS), actions)
+
+
+def test_a_run_of_that_name_goes_before_it(shipped, tmp_path):
+    decoy = weights(shipped / "ace.safetensors", seed=0)
+    run = folders.create(tmp_path / "runs", CONFIG, "ace")
+    actions = weights(run.best, seed=1)
+    assert not np.array_equal(actions, decoy)
+    pilot = pilots.load("ace", tmp_path / "runs")
+    assert_array_equal(pilot.pilot.act(OBSERVATIONS), actions)
+
+
+def test_a_folder_of_that_name_beside_it_is_no_run(shipped, tmp_path, monkeypatch):
+    weights(shipped / "ace.safetensors", seed=0)
+    (tmp_path / "ace").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert pilots.load("ace").name == "ace"
+    with pytest.raises(UserError, match="holds no config"):
+        pilots.load("./ace")
+
+
+def test_a_name_cannot_lead_out_of_the_folder(shipped, tmp_path):
+    weights(tmp_path / "secret.safetensors", seed=0)
+    assert shipped.is_dir()
+    with pytest.raises(UserError, match=r"run '\.\./secret': no such folder"):
+        pilots.load("../secret", tmp_path / "runs")
+
+
+def test_the_folder_of_shipped_pilots_is_in_the_package():
+    assert (pilots.SHIPPED / "README.md").is_file()
+
+
+def test_an_archive_of_stable_baselines_is_a_pilot_for_the_world_given(tmp_path):
+    pilot = pilots.load(str(SB3 / "dqn.zip"), tmp_path)
+    assert (pilot.name, pilot.env_id) == ("dqn", "LunarLander-v3")
+    assert pilot.pilot.act(np.zeros((2, 8), np.float32)).shape == (2,)
+    with pytest.raises(UserError, match="the world shows 4 and has 2 actions"):
+        pilots.load(str(SB3 / "dqn.zip"), tmp_path, "CartPole-v1")
+
+
+@pytest.mark.parametrize("name", ["x.onnx", "x.zip", "x.toml", "x.safetensors", "random"])
+def test_no_run_has_the_name_of_another_pilot(tmp_path, name):
+    with pytest.raises(UserError, match="means another pilot"):
+        folders.create(tmp_path, CONFIG, name)
