@@ -256,7 +256,7 @@ _NAMED: dict[str, tuple[str, Config]] = {
         _PQN,
     ),
     "swift": (
-        "the fastest way to a verified landing: `pqn` fused, in 64 worlds; stops by itself",
+        "`pqn` fused, in 64 worlds, until it is verified to land (Gallici et al., 2025)",
         _SWIFT,
     ),
     "cartpole": ("CartPole-v1 (section 4)", _with(_CLASSIC, env_id="CartPole-v1")),

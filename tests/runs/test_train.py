@@ -7,6 +7,7 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,6 +29,7 @@ from touchdown.lander import flight as flights
 from touchdown.runs import evaluation as evaluations
 from touchdown.runs import folder as folders
 from touchdown.runs import pilots
+from touchdown.runs import train as trainings
 from touchdown.runs.checkpoint import newest_checkpoint
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.train import Interrupted, Trainer
@@ -554,3 +556,43 @@ def test_a_table_of_another_shape_is_refused_in_one_line(tmp_path, tensors, chan
         pilots.load_weights(path)
     assert str(refused.value).startswith(f"{path}: not a pilot's weights")
     assert "\n" not in str(refused.value)
+
+
+def solving_config(**training: Any) -> Config:
+    settings = {"stop_when_solved": True, "final_validation_episodes": 30, "episodes": 200}
+    return small_config(**{**settings, **training})
+
+
+def test_a_run_stops_as_soon_as_fresh_starts_leave_no_doubt(tmp_path, monkeypatch):
+    monkeypatch.setattr(trainings, "threshold_of", lambda _: 1.0)  # every return here is above it
+    folder = folders.create(tmp_path, solving_config(), "solved")
+    train(folder)
+    validations, facts = files.read_jsonl(folder.validations), pilots.facts_of(folder.best)
+    assert len(validations) == 1
+    assert facts["observations"] == validations[0]["observations"]
+    assert facts["solved_seconds"] > 0
+    assert facts["final_validation_return"] > 1.0
+    assert len(files.read_jsonl(folder.episodes)) < 200
+
+
+def test_a_mean_just_above_the_threshold_leaves_doubt(tmp_path, monkeypatch):
+    config = solving_config(episodes=20)
+    looked = folders.create(
+        tmp_path,
+        replace(config, training=replace(config.training, stop_when_solved=False)),
+        "looked",
+    )
+    train(looked)
+    best = max(row["mean_return"] for row in files.read_jsonl(looked.validations))
+    monkeypatch.setattr(trainings, "threshold_of", lambda _: best)
+    folder = folders.create(tmp_path, config, "doubted")
+    train(folder)
+    assert "solved_seconds" not in pilots.facts_of(folder.best)
+    assert len(files.read_jsonl(folder.episodes)) == 20
+
+
+def test_a_world_without_a_threshold_cannot_be_solved():
+    config = replace(solving_config(), env_id="Pendulum-v1")
+    with pytest.raises(UserError, match="stop_when_solved = True: must be False for env_id = 'Pen"):
+        trainings.stop_threshold(config)
+    assert trainings.stop_threshold(small_config()) is None

@@ -109,9 +109,9 @@ def test_updates_are_those_of_the_jax_function(shape, config):
     twin = state = begin(network, config)
     weights = np.random.default_rng(1).random((K, 21), np.float32)
     ours, metrics, td_error = fused.make_learn(network, config)(fused.own(state), words, weights)
-    update = jax.jit(make_update(network, config), static_argnums=3)
+    update = jax.jit(make_update(network, config), static_argnames="measured")
     for number in range(K):
-        twin, expected, errors = update(twin, words[number], weights[number], True)
+        twin, expected, errors = update(twin, words[number], weights[number], measured=True)
         assert_allclose(td_error[number], errors, rtol=2e-3, atol=2e-5)
     assert_same_state(ours, twin)
     assert_allclose(metrics, expected, rtol=2e-3, atol=2e-5)
@@ -122,8 +122,8 @@ def test_any_size_of_a_minibatch_fills_its_panels(batch_size):
     config, network = learning(loss="huber"), FusedNetwork(D, A, NETWORKS["normalised"])
     state, words = begin(network, config), batches(batch_size)[:1]
     ours, metrics, _ = fused.make_learn(network, config)(fused.own(state), words, None)
-    update = jax.jit(make_update(network, config), static_argnums=3)
-    twin, expected, _ = update(state, words[0], None, True)
+    update = jax.jit(make_update(network, config), static_argnames="measured")
+    twin, expected, _ = update(state, words[0], None, measured=True)
     assert_same_state(ours, twin)
     assert_allclose(metrics, expected, rtol=1e-3, atol=1e-5)
 
@@ -301,7 +301,11 @@ def test_every_instruction_set_that_runs_here_learns_the_same():
     def learnt(name: str) -> list[str]:
         environment = {**os.environ, "TOUCHDOWN_SIMD": name}
         said = subprocess.run(
-            [sys.executable, "-c", program], env=environment, capture_output=True, text=True
+            [sys.executable, "-c", program],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,  # refused where the processor has no such instructions
         )
         return said.stdout.split()
 

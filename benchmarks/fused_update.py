@@ -1,0 +1,122 @@
+"""The fused kernel's update against JAX's and against the arithmetic's floor, in turns, one core.
+
+    python benchmarks/fused_update.py --rounds 9
+
+The floor is the update's multiplications and additions at the rate of NumPy's matrix product of
+two large matrices, taken in the same run: no kernel of this machine's is faster than that.
+"""
+
+import argparse
+import os
+import statistics
+import time
+from collections.abc import Callable
+
+os.environ["OPENBLAS_NUM_THREADS"] = "1"  # NumPy reads it when it is imported
+
+import jax
+import numpy as np
+
+from touchdown import device
+from touchdown.agents.fused import network as fused
+from touchdown.agents.fused._fused import simd
+from touchdown.agents.fused.network import FusedNetwork
+from touchdown.agents.learner import LearnerState, init_learner, make_update
+from touchdown.config import LearningConfig, NetworkConfig
+from touchdown.runs.folder import cpu_name
+from touchdown.types import transition_dtype
+
+D, A = 8, 4
+SHAPES = (
+    ((64, 64), 64, False, True),
+    ((64, 64), 128, True, False),
+    ((128, 128), 256, True, False),
+    ((100, 100, 100), 64, False, False),
+)
+
+
+def flop(hidden: tuple[int, ...], batch_size: int, double: bool) -> int:
+    """Of one update: forward at o_tm1 and o_t, backward to weights and to all layers but the first.
+
+    A multiplication with its addition counts as two.
+    """
+    layers = list(zip((D, *hidden), (*hidden, A), strict=True))
+    whole = sum(fan_in * fan_out for fan_in, fan_out in layers)
+    passes = (4 + double) * whole - layers[0][0] * layers[0][1]
+    return 2 * batch_size * passes
+
+
+def seconds(call: Callable[[], object]) -> float:
+    """Of one call."""
+    began = time.perf_counter()
+    call()
+    return time.perf_counter() - began
+
+
+def fastest_product(size: int = 768) -> float:
+    """Operations a second of NumPy's product of two matrices, the best of several."""
+    matrix = np.ones((size, size), np.float32)
+    return 2 * size**3 / min(seconds(lambda: matrix @ matrix) for _ in range(20))
+
+
+def measure(
+    hidden: tuple[int, ...],
+    batch_size: int,
+    double: bool,
+    layer_norm: bool,
+    args: argparse.Namespace,
+) -> tuple[float, float, float]:
+    """Microseconds of JAX's update and of the fused one, and the ratio, medians over rounds."""
+    shape = NetworkConfig(hidden_sizes=hidden, layer_norm=layer_norm)
+    config = LearningConfig(
+        double=double, loss="huber", max_grad_norm=10.0, target_period=1000, learning_rate=1e-4
+    )
+    network, rng = FusedNetwork(D, A, shape), np.random.default_rng(0)
+    records = np.zeros(args.updates * batch_size, transition_dtype(D))
+    records["o_tm1"], records["o_t"] = rng.normal(size=(2, len(records), D))
+    records["a_tm1"], records["r_t"] = rng.integers(A, size=len(records)), 1.0
+    words = records.view(np.float32).reshape(args.updates, batch_size, -1)
+    update = make_update(network, config)
+
+    def step(state: LearnerState, batch: jax.Array) -> tuple[LearnerState, None]:
+        return update(state, batch, None, measured=False).state, None
+
+    scan = jax.jit(lambda state, words: jax.lax.scan(step, state, words)[0])
+    start = init_learner(network, config, 0)
+    state, learn = fused.own(start), fused.make_learn(network, config)
+    jax.block_until_ready(scan(start, words))
+    learn(state, words, None)
+    pairs = [
+        (
+            seconds(lambda: jax.block_until_ready(scan(start, words))),
+            seconds(lambda: learn(state, words, None)),
+        )
+        for _ in range(args.rounds)
+    ]
+    theirs, ours = (1e6 * statistics.median(t) / args.updates for t in zip(*pairs, strict=True))
+    return theirs, ours, statistics.median(a / b for a, b in pairs)
+
+
+def main() -> None:
+    """Time both and print a table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--rounds", type=int, default=9)
+    parser.add_argument("--updates", type=int, default=200)
+    args = parser.parse_args()
+    device.use_default()
+    rate = fastest_product()
+    print(f"{cpu_name()}, one core, {simd()}; matrix products {rate / 1e9:.0f} GFLOP/s\n")
+    print("| network | batch | JAX, µs | fused, µs | times as fast | floor, µs |")
+    print("| --- | ---: | ---: | ---: | ---: | ---: |")
+    for hidden, batch_size, double, layer_norm in SHAPES:
+        theirs, ours, ratio = measure(hidden, batch_size, double, layer_norm, args)
+        parts = ", double" * double + ", layer norm" * layer_norm
+        floor = 1e6 * flop(hidden, batch_size, double) / rate
+        print(
+            f"| {list(hidden)}{parts} | {batch_size} | {theirs:.0f} | {ours:.0f} | {ratio:.2f} "
+            f"| {floor:.0f} |"
+        )
+
+
+if __name__ == "__main__":
+    main()
