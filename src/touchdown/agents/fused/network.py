@@ -43,7 +43,9 @@ class FusedNetwork(QNetwork):
                 "as g++, and touchdown again, or take backend = 'jax'"
             )
         # where it was not built there is nothing to import
-        from touchdown.agents.fused._fused import Perceptron  # noqa: PLC0415
+        from touchdown.agents.fused._fused import (  # noqa: PLC0415  # pyright: ignore[reportMissingModuleSource] - C++
+            Perceptron,
+        )
 
         self.perceptron = Perceptron(
             observation_size,
