@@ -20,7 +20,7 @@ help: ## list the targets
 	@echo
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' Makefile
 	@echo
-	@echo "ARGS='...' goes to the command of land, test, test-all, bench and peers: make test ARGS='-k ring'"
+	@echo "ARGS='...' goes to the command of land, tests and benchmarks: make test ARGS='-k ring'"
 	@echo "PYTHON=... names the Python of a new .venv: make land PYTHON=/path/to/python3.13"
 
 land: $(READY) ## train a pilot that lands, test it and draw its flights
@@ -50,7 +50,7 @@ docs: $(READY) ## build the documentation into site/
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 	@echo "docs: site/index.html"
 
-bench: $(BENCH_READY) ## compare speed with peers, then what each has learnt by then (peers)
+bench: $(BENCH_READY) ## compare the engine's and the training's speed with their peers', then peers
 	@.venv-bench/bin/python benchmarks/engine_speed.py $(ARGS)
 	@.venv-bench/bin/python benchmarks/training_speed.py $(ARGS)
 	@$(MAKE) --no-print-directory peers ARGS=

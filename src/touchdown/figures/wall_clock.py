@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import StrMethodFormatter
+from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
 from touchdown.figures import style
 from touchdown.types import FloatArray
@@ -53,6 +53,8 @@ def draw_wall_clock(ax: Axes, systems: Mapping[str, Sequence[Held]], solved: flo
     counts = sorted({len(runs) for runs in systems.values()})
     seeds = " to ".join(map(str, counts[:1] + counts[1:][-1:]))
     ax.set_xlabel(f"seconds of training; band: least to most of the seeds ({seeds})")
+    ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+    ax.xaxis.set_minor_locator(NullLocator())
     ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     style.legend_above(ax)
     return style.tidy(ax)
