@@ -165,7 +165,8 @@ def spread(values: Sequence[float | None]) -> str:
     known = [value for value in values if value is not None]
     if len(known) < len(values) or not known:
         return "–"
-    return f"{statistics.fmean(known):.0f} ({min(known):.0f} to {max(known):.0f})"
+    mean = f"{statistics.fmean(known):.0f}"
+    return mean if len(known) == 1 else f"{mean} ({min(known):.0f} to {max(known):.0f})"
 
 
 def name_of(system: str) -> str:
@@ -248,7 +249,10 @@ def report(systems: Mapping[str, int], seeds: Sequence[int], runs: Path) -> str:
         folders = [RunFolder(runs / f"{system}-{seed}") for seed in seeds]
         known = [own.seconds_to_decision(f) for f in folders if f.best.is_file()]
         seconds = ", ".join(map(in_words, known))
-        decided.append(f"`{system}` had trained enough after {seconds} s; the rest is its choice.")
+        decided.append(
+            f"`{system}` had trained enough after {seconds} s by its own records; the rest is "
+            "making the agent, and the choice among its checkpoints."
+        )
     parts = [
         settings_of([record for found in records.values() for record in found]),
         f"Training seeds {', '.join(map(str, seeds))}.",

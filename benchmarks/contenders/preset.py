@@ -46,9 +46,10 @@ class _Keeper:
 
 
 def seconds_to_decision(folder: RunFolder) -> float:
-    """Seconds of training until a run knew that it had trained enough, compilation counted.
+    """Seconds until a run knew that it had trained enough, as its own records have them.
 
-    The choice among its checkpoints comes after that.
+    They count from the first step, with all that is compiled from then on; making the agent comes
+    before, and the choice among the checkpoints after.
 
     Raises:
         UserError: the run's records are broken.

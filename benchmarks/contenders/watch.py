@@ -13,8 +13,8 @@ from touchdown.types import Pilot
 
 ENV_ID = "LunarLander-v3"
 SOLVED = 200.0
-FIRST_LOOK = 2.0  # seconds
-RATIO = 1.06  # from a look to the next: as fine early as late, on a logarithmic axis
+FIRST_LOOK = 5.0  # seconds
+RATIO = 1.08  # from a look to the next: as fine early as late, on a logarithmic axis
 
 # far from those that a preset chooses its own checkpoints on
 _VALIDATION = VALIDATION_STARTS[500_000:500_100]
