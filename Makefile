@@ -3,7 +3,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help land test test-all exactness sanitize check docs bench lock format clean FORCE
+.PHONY: help land test test-all exactness sanitize check docs bench peers lock format clean FORCE
 
 UV_VERSION := 0.13.9
 PYTHON ?= python3.13 python3.12 python3.11 python3
@@ -20,7 +20,7 @@ help: ## list the targets
 	@echo
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' Makefile
 	@echo
-	@echo "ARGS='...' goes to the command of land, test, test-all and bench: make test ARGS='-k ring'"
+	@echo "ARGS='...' goes to the command of land, tests and benchmarks: make test ARGS='-k ring'"
 	@echo "PYTHON=... names the Python of a new .venv: make land PYTHON=/path/to/python3.13"
 
 land: $(READY) ## train a pilot that lands, test it and draw its flights
@@ -50,9 +50,14 @@ docs: $(READY) ## build the documentation into site/
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 	@echo "docs: site/index.html"
 
-bench: $(BENCH_READY) ## compare the engine's and the training's speed with their peers'
+bench: $(BENCH_READY) ## compare the engine's, the training's and an update's speed, then peers
 	@.venv-bench/bin/python benchmarks/engine_speed.py $(ARGS)
 	@.venv-bench/bin/python benchmarks/training_speed.py $(ARGS)
+	@.venv-bench/bin/python benchmarks/fused_update.py $(ARGS)
+	@$(MAKE) --no-print-directory peers ARGS=
+
+peers: $(BENCH_READY) ## train peers and presets side by side, an hour or more; goes on if stopped
+	@.venv-bench/bin/python benchmarks/peers.py $(ARGS)
 
 lock: $(READY) ## pin the newest packages that fit (UPGRADE= keeps the pins that still fit)
 	@$(BIN)/uv pip compile --quiet --universal --fork-strategy fewest --python-version 3.11 \

@@ -1,0 +1,1 @@
+"""Who takes part in `benchmarks/peers.py`, one a module, and how each is watched."""

@@ -1,0 +1,83 @@
+"""Stable-Baselines3's DQN as RL Zoo sets it for the lander."""
+
+from typing import Any
+
+import gymnasium
+from stable_baselines3 import DQN
+from stable_baselines3.common.callbacks import BaseCallback
+
+from contenders.watch import ENV_ID, Watch
+from touchdown.seeding import training_start
+from touchdown.types import FloatArray, IntArray
+
+OBSERVATIONS = 100_000
+# `LunarLander-v3` in RL Zoo's hyperparams/dqn.yml (rl-zoo3 2.9.2), marked as tuned
+ZOO: dict[str, Any] = {
+    "learning_rate": 6.3e-4,
+    "batch_size": 128,
+    "buffer_size": 50_000,
+    "learning_starts": 0,
+    "gamma": 0.99,
+    "target_update_interval": 250,
+    "train_freq": 4,
+    "gradient_steps": -1,  # as many as steps were flown
+    "exploration_fraction": 0.12,
+    "exploration_final_eps": 0.1,
+    "policy_kwargs": {"net_arch": [256, 256]},
+}
+
+
+class Greedy:
+    """The greedy policy of a model as it is now.
+
+    Args:
+        model: of Stable-Baselines3, or with its interface.
+    """
+
+    def __init__(self, model: Any) -> None:
+        self._model = model
+
+    def act(self, observations: FloatArray) -> IntArray:
+        """An action for each observation: [N, 8] to [N]."""
+        return self._model.predict(observations, deterministic=True)[0]
+
+
+class _Steps(BaseCallback):
+    """Tells the watch of every step."""
+
+    def __init__(self, watch: Watch, pilot: Greedy) -> None:
+        super().__init__()
+        self._watch = watch
+        self._pilot = pilot
+
+    def _on_step(self) -> bool:
+        self._watch.step(self.num_timesteps, self._pilot)
+        return True
+
+
+def learn(algorithm: Any, greedy: type[Greedy], seed: int, observations: int, watch: Watch) -> None:
+    """Train an algorithm with Stable-Baselines3's interface.
+
+    Args:
+        algorithm: its class.
+        greedy: makes the pilot of a model.
+        seed: of the training.
+        observations: to train for.
+        watch: looks at it.
+    """
+    model = algorithm(
+        "MlpPolicy",
+        gymnasium.make(ENV_ID),
+        **ZOO,
+        # no seed of validation's or of the test's
+        seed=training_start(seed, 0),
+        device="cpu",
+    )
+    pilot = greedy(model)
+    model.learn(observations, callback=_Steps(watch, pilot))
+    watch.end(model.num_timesteps, pilot)
+
+
+def train(seed: int, observations: int, watch: Watch) -> None:
+    """Train once."""
+    learn(DQN, Greedy, seed, observations, watch)

@@ -1,0 +1,27 @@
+"""SBX's DQN, Stable-Baselines3 in JAX, as RL Zoo sets it for the lander."""
+
+import numpy as np
+from sbx import DQN
+
+from contenders import sb3
+from contenders.watch import Watch
+from touchdown.types import FloatArray, IntArray
+
+OBSERVATIONS = sb3.OBSERVATIONS
+
+_ROWS = 100
+
+
+class _Padded(sb3.Greedy):
+    """Always asks for the same number of actions: JAX would compile for each other one."""
+
+    def act(self, observations: FloatArray) -> IntArray:
+        """An action for each observation: [N, 8] to [N]."""
+        missing = max(0, _ROWS - len(observations))
+        padded = np.pad(observations, ((0, missing), (0, 0)))
+        return super().act(padded)[: len(observations)]
+
+
+def train(seed: int, observations: int, watch: Watch) -> None:
+    """Train once."""
+    sb3.learn(DQN, _Padded, seed, observations, watch)

@@ -1,0 +1,332 @@
+"""The lander's DQN of other libraries against this project's presets: what a second brings.
+
+    python benchmarks/peers.py --presets pilot swift --seeds 0 1 2
+
+Every peer trains with the parameters that it publishes for the lander, in stock Gymnasium, as its
+users would. All take turns on this machine, one process at a time, each on as many cores as it has
+threads: `pilot:2` gives a preset two.
+
+A peer is looked at now and then with its clock stopped: greedily on 100 validation starts, and
+where that is its best so far, or 200 and more, on 100 test starts on stock Gymnasium. It holds the
+best that validation has seen. A preset's own validations count in its time, and it holds what it
+has chosen by them.
+
+What is finished is not trained again; what was stopped begins again, for a clock that stood for a
+night has measured nothing.
+"""
+
+import argparse
+import importlib
+import json
+import math
+import multiprocessing
+import os
+import platform
+import signal
+import statistics
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from contenders import preset as own
+from contenders.watch import SOLVED, Judge, Watch
+from touchdown import files, presets
+from touchdown.figures import wall_clock as figure
+from touchdown.runs.folder import RunFolder, cpu_name
+
+MARKS = (10.0, 30.0, 60.0, 120.0, 300.0)  # seconds
+PEERS = {"sb3": "Stable-Baselines3 DQN", "sbx": "SBX DQN", "tianshou": "Tianshou DQN"}
+OWN = [("pilot", 1), ("swift", 2)]
+PACKAGES = ("gymnasium", "stable-baselines3", "sbx-rl", "tianshou", "torch", "jax", "touchdown")
+LEFT_OUT = (
+    "CleanRL is not among them: its package (1.2.0) wants Python before 3.11 and gym 0.23, its "
+    "dqn.py is a script that cannot be imported to be watched, and no parameters for the lander "
+    "are published with it."
+)
+# a look begins within a step of its mark
+_LATE = 0.1  # seconds
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One system, one training seed."""
+
+    system: str
+    seed: int
+    threads: int
+    cap: int | None
+    """Observations at most; None for all that is published."""
+
+    def path(self, runs: Path) -> Path:
+        """Of its record."""
+        return runs / f"{self.system}-{self.seed}.jsonl"
+
+
+def setting() -> Row:
+    """Where a run is measured, and with what."""
+    return {
+        "machine": f"{cpu_name()}, {os.cpu_count()} cores",
+        "python": platform.python_version(),
+        "versions": {package: version(package) for package in PACKAGES},
+    }
+
+
+def measure(job: Job, runs: Path) -> None:
+    """Train once and write the record, in a process of its own."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that waits ends this one
+    path = job.path(runs)
+    unfinished = path.with_suffix(".unfinished")
+    with unfinished.open("w", encoding="utf-8") as file:
+
+        def record(row: Row) -> None:
+            file.write(json.dumps(row, allow_nan=False) + "\n")
+            file.flush()
+
+        record(asdict(job) | setting())
+        judge = Judge(record)
+        if job.system in PEERS:
+            peer = importlib.import_module(f"contenders.{job.system}")
+            import torch  # noqa: PLC0415 - only for those who use it
+
+            torch.set_num_threads(job.threads)
+            peer.train(job.seed, job.cap or peer.OBSERVATIONS, Watch(judge, MARKS))
+        else:
+            config = own.config_of(job.system, job.seed, job.cap)
+            own.train(path.stem, config, runs, judge)
+    unfinished.replace(path)
+
+
+def is_finished(job: Job, runs: Path) -> bool:
+    """Whether it is measured already.
+
+    Raises:
+        SystemExit: it is, but otherwise than asked for.
+    """
+    path = job.path(runs)
+    if not path.is_file():
+        return False
+    facts, *_ = files.read_jsonl(path)
+    if asdict(job).items() <= facts.items():
+        return True
+    raise SystemExit(f"{path}: of {facts}, asked for {job}; choose another --runs-dir")
+
+
+def run(job: Job, runs: Path) -> bool:
+    """Measure in a fresh process on its own cores; whether that went well."""
+    cores = os.sched_getaffinity(0)
+    # what the process starts with also holds for the threads that libraries start as they load
+    os.sched_setaffinity(0, sorted(cores)[-job.threads :])
+    process = multiprocessing.get_context("spawn").Process(target=measure, args=(job, runs))
+    try:
+        process.start()
+        process.join()
+    finally:
+        os.sched_setaffinity(0, cores)
+        process.kill()
+        process.join()
+    return process.exitcode == 0
+
+
+def records_of(system: str, seeds: Sequence[int], runs: Path) -> list[list[Row]]:
+    """Of each finished run of a system: where it was measured, then the looks at it."""
+    paths = [runs / f"{system}-{seed}.jsonl" for seed in seeds]
+    return [files.read_jsonl(path) for path in paths if path.is_file()]
+
+
+def seconds_to_solved(rows: Sequence[Row]) -> float:
+    """When a policy was first looked at that validation and test call solved; ∞ if never."""
+    solved = (
+        row["seconds"]
+        for row in rows
+        if min(row["validation_return"], row.get("test_return", -math.inf)) >= SOLVED
+    )
+    return next(solved, math.inf)
+
+
+def held_at(rows: Sequence[Row], seconds: float) -> float | None:
+    """The test return of the policy that a run holds at a time; None before its first."""
+    held = [r["test_return"] for r in rows if r["held"] and r["seconds"] <= seconds + _LATE]
+    return held[-1] if held else None
+
+
+def in_words(seconds: float) -> str:
+    """Seconds, or that there are none."""
+    if math.isinf(seconds):
+        return "never"
+    return f"{seconds:.1f}" if seconds < 10 else f"{seconds:.0f}"
+
+
+def spread(values: Sequence[float | None]) -> str:
+    """A mean over seeds with the least and the most of them."""
+    known = [value for value in values if value is not None]
+    if len(known) < len(values) or not known:
+        return "–"
+    mean = f"{statistics.fmean(known):.0f}"
+    return mean if len(known) == 1 else f"{mean} ({min(known):.0f} to {max(known):.0f})"
+
+
+def name_of(system: str) -> str:
+    """As it stands in a table."""
+    return PEERS.get(system, f"`{system}`")
+
+
+def markdown(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A Markdown table, the first column words."""
+    lines = [f"| {' | '.join(columns)} |", "| --- |" + " ---: |" * (len(columns) - 1)]
+    return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows)])
+
+
+def time_table(measured: Mapping[str, list[list[Row]]], threads: Mapping[str, int]) -> str:
+    """Seconds to a policy that lands, and to the end of the training."""
+    columns = ("system", "threads", "to a verified 200, s", "each seed", "to its end, s")
+    rows: list[list[str]] = []
+    for system, runs in measured.items():
+        solved = [seconds_to_solved(looks) for looks in runs]
+        ends = [looks[-1]["seconds"] for looks in runs]
+        observations = statistics.fmean(looks[-1]["observations"] for looks in runs)
+        rows.append(
+            [
+                name_of(system),
+                str(threads[system]),
+                f"**{in_words(statistics.median_low(solved))}**",
+                ", ".join(map(in_words, solved)),
+                ", ".join(map(in_words, ends)),
+                f"{observations:,.0f}",
+                f"{observations / statistics.fmean(ends):,.0f}",
+            ]
+        )
+    return markdown((*columns, "observations", "observations/s"), rows)
+
+
+def return_table(measured: Mapping[str, list[list[Row]]]) -> str:
+    """Test returns of what is held at equal wall clock, and in the end."""
+    columns = ("system", *(f"{mark:.0f} s" for mark in MARKS), "end", "last weights", "landed")
+    rows: list[list[str]] = []
+    for system, runs in measured.items():
+        ends = [[row for row in looks if row["held"]][-1] for looks in runs]
+        rows.append(
+            [
+                name_of(system),
+                *(spread([held_at(looks, mark) for looks in runs]) for mark in MARKS),
+                f"**{spread([end['test_return'] for end in ends])}**",
+                spread([looks[-1]["test_return"] for looks in runs]) if system in PEERS else "–",
+                f"{statistics.fmean(end['landed'] for end in ends):.0%}",
+            ]
+        )
+    return markdown(columns, rows)
+
+
+def settings_of(records: Sequence[list[Row]]) -> str:
+    """The machine and the versions of all records; several, should they differ."""
+    texts = [
+        f"{facts['machine']}; Python {facts['python']}, "
+        + ", ".join(f"{package} {number}" for package, number in facts["versions"].items())
+        for facts, *_ in records
+    ]
+    return "\n".join(dict.fromkeys(texts))
+
+
+def report(systems: Mapping[str, int], seeds: Sequence[int], runs: Path) -> str:
+    """The machine, the versions, both tables and what they mean."""
+    records = {system: records_of(system, seeds, runs) for system in systems}
+    measured = {s: [looks for _, *looks in found] for s, found in records.items() if found}
+    verified = (
+        "Verified: on 100 validation starts, then on 100 test starts on stock Gymnasium, both "
+        "greedily; in bold the median of the seeds. A preset's end is its own choice of a pilot, "
+        "a peer's that of its published budget."
+    )
+    returns = (
+        "Mean test return of the policy held, over the seeds, with the least and the most; – where "
+        "a seed holds none yet. Peers hold the best that free looks have seen; the last weights "
+        "are what is left without such looks."
+    )
+    decided: list[str] = []
+    for system in (name for name in measured if name not in PEERS):
+        folders = [RunFolder(runs / f"{system}-{seed}") for seed in seeds]
+        known = [own.seconds_to_decision(f) for f in folders if f.best.is_file()]
+        seconds = ", ".join(map(in_words, known))
+        decided.append(
+            f"`{system}` had trained enough after {seconds} s by its own records; the rest of its "
+            "time is the choice among its checkpoints."
+        )
+    parts = [
+        settings_of([record for found in records.values() for record in found]),
+        f"Training seeds {', '.join(map(str, seeds))}.",
+        time_table(measured, systems),
+        verified,
+        *decided,
+        return_table(measured),
+        returns,
+        LEFT_OUT,
+    ]
+    return "\n\n".join(parts)
+
+
+def draw(systems: Mapping[str, int], seeds: Sequence[int], runs: Path, out: Path) -> None:
+    """The test return of the policy held over wall clock."""
+    out.mkdir(parents=True, exist_ok=True)
+    curves: dict[str, list[figure.Held]] = {}
+    for system in systems:
+        for _, *looks in records_of(system, seeds, runs):
+            held = [(row["seconds"], row["test_return"]) for row in looks if row["held"]]
+            held.append((looks[-1]["seconds"], held[-1][1]))
+            seconds, returns = zip(*held, strict=True)
+            curves.setdefault(PEERS.get(system, system), []).append((seconds, returns))
+    figure.save_wall_clock(out / "peers.png", curves)
+
+
+def system_of(text: str) -> tuple[str, int]:
+    """A system and its threads from `name` or `name:threads`."""
+    name, _, threads = text.partition(":")
+    if name not in PEERS and name not in presets.PRESETS:
+        raise argparse.ArgumentTypeError(f"{name!r}: neither a peer nor a preset")
+    count = int(threads or 1)
+    if not 1 <= count <= len(os.sched_getaffinity(0)):
+        raise argparse.ArgumentTypeError(f"{text!r}: threads must be as many as there are cores")
+    return name, count
+
+
+def main() -> None:
+    """Measure what is missing and print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--presets", nargs="*", type=system_of, default=OWN)
+    parser.add_argument("--peers", nargs="*", choices=list(PEERS), default=list(PEERS))
+    parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2])
+    parser.add_argument("--observations", type=int, help="fewer than published, for a quick try")
+    parser.add_argument("--runs-dir", type=Path, default=Path("runs") / "peers")
+    parser.add_argument("--table", action="store_true", help="print what is there, train nothing")
+    parser.add_argument("--figures", type=Path, help="folder for the picture")
+    args = parser.parse_args()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # it ends its process too
+    systems: dict[str, int] = dict.fromkeys(args.peers, 1) | dict(args.presets)
+    # seed by seed: a machine that slows down slows all
+    jobs = [
+        Job(system, seed, threads, args.observations)
+        for seed in args.seeds
+        for system, threads in systems.items()
+    ]
+    failed: list[str] = []
+    args.runs_dir.mkdir(parents=True, exist_ok=True)
+    missing = [job for job in jobs if not is_finished(job, args.runs_dir)]
+    for count, job in enumerate([] if args.table else missing, start=1):
+        name = job.path(args.runs_dir).stem
+        print(f"{count}/{len(missing)} {name}", flush=True)
+        try:
+            if not run(job, args.runs_dir):
+                failed.append(name)
+        except KeyboardInterrupt:
+            sys.exit(f"stopped during {name}; the same command goes on")
+    print(report(systems, args.seeds, args.runs_dir))
+    if args.figures:
+        draw(systems, args.seeds, args.runs_dir, args.figures)
+    if failed:
+        sys.exit(f"failed: {', '.join(failed)}")
+
+
+if __name__ == "__main__":
+    main()
