@@ -276,14 +276,12 @@ _NAMED: dict[str, tuple[str, Config]] = {
             env_id="MountainCar-v0",
             network={"hidden_sizes": (128, 128)},
             replay={"capacity": 50_000},
-            # the goal is found by chance, late, and is far from the start
-            exploration={"epsilon_end": 0.05, "epsilon_duration": 80_000},
+            exploration={"epsilon_end": 0.05, "epsilon_duration": 50_000},
             learning={
-                "reward_scale": 1.0,
-                "learning_rate": 2e-3,
                 "learning_rate_duration": 100_000,
                 "batch_size": 128,
-                "n_step": 10,
+                # the goal is far from the start: its news must travel
+                "n_step": 5,
                 "target_period": 1_000,
             },
             training={"num_envs": 16, "max_observations": 200_000},
