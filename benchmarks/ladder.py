@@ -10,7 +10,6 @@ interval over the training seeds. `--figures` draws each rung's learning curve b
 
 import argparse
 import multiprocessing
-import os
 from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import replace
@@ -18,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from touchdown import Config, device, files, presets
+from touchdown import Config, cores, device, files, presets
 from touchdown.figures import rungs as figure
 from touchdown.runs import evaluation as evaluations
 from touchdown.runs import folder as folders
@@ -120,7 +119,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2, 3, 4])
     parser.add_argument("--observations", type=int, default=180_000)
     parser.add_argument("--runs-dir", type=Path, default=Path("runs") / "ladder")
-    parser.add_argument("--workers", type=int, default=os.cpu_count())
+    parser.add_argument("--workers", type=int, default=cores.available())
     parser.add_argument("--table", action="store_true", help="print what is there, train nothing")
     parser.add_argument("--figures", type=Path, help="folder for a picture of each rung")
     args = parser.parse_args()
@@ -128,6 +127,7 @@ def main() -> None:
         (rung, seed, args.observations, args.runs_dir) for rung in args.rungs for seed in args.seeds
     ]
     if not args.table:
+        cores.share(args.workers)
         with multiprocessing.get_context("spawn").Pool(args.workers, maxtasksperchild=1) as pool:
             for count, name in enumerate(pool.imap_unordered(train, jobs, chunksize=1), start=1):
                 print(f"{count}/{len(jobs)} {name}", flush=True)

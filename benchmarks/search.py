@@ -10,14 +10,13 @@ on. A candidate is judged on validation starts alone; no test start is flown.
 import argparse
 import json
 import multiprocessing
-import os
 import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from touchdown import device, files, presets
+from touchdown import cores, device, files, presets
 from touchdown.config import Config, read_toml, replace_fields
 from touchdown.runs import folder as folders
 from touchdown.runs import pilots
@@ -101,7 +100,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2])
     parser.add_argument("--only", nargs="+", help="candidates; all without it")
     parser.add_argument("--runs-dir", type=Path)
-    parser.add_argument("--workers", type=int, default=os.cpu_count())
+    parser.add_argument("--workers", type=int, default=cores.available())
     parser.add_argument("--table", action="store_true", help="print what is there, train nothing")
     args = parser.parse_args()
     runs = args.runs_dir or Path("runs") / f"search-{args.file.stem}"
@@ -112,6 +111,7 @@ def main() -> None:
     ]
     if not args.table:
         began = time.monotonic()
+        cores.share(args.workers)
         with multiprocessing.get_context("spawn").Pool(args.workers, maxtasksperchild=1) as pool:
             for count, name in enumerate(pool.imap_unordered(train, jobs, chunksize=1), start=1):
                 minutes = (time.monotonic() - began) / 60

@@ -8,7 +8,6 @@ stopped goes on. Test starts are flown once, by the checkpoint that validation c
 
 import argparse
 import multiprocessing
-import os
 import statistics
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,7 +15,7 @@ from pathlib import Path
 from scipy import stats
 
 import touchdown
-from touchdown import files
+from touchdown import cores, files
 from touchdown.runs import pilots
 from touchdown.runs.folder import cpu_name
 from touchdown.runs.run import evaluations_of
@@ -77,11 +76,12 @@ def main() -> None:
     parser.add_argument("presets", nargs="+", choices=list(touchdown.PRESETS))
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2, 3, 4])
     parser.add_argument("--runs-dir", type=Path, default=Path("runs") / "seeds")
-    parser.add_argument("--workers", type=int, default=os.cpu_count())
+    parser.add_argument("--workers", type=int, default=cores.available())
     parser.add_argument("--table", action="store_true", help="print what is there, train nothing")
     args = parser.parse_args()
     jobs = [(preset, seed, args.runs_dir) for preset in args.presets for seed in args.seeds]
     if not args.table:
+        cores.share(args.workers)
         with multiprocessing.get_context("spawn").Pool(args.workers, maxtasksperchild=1) as pool:
             for count, name in enumerate(pool.imap_unordered(train, jobs, chunksize=1), start=1):
                 print(f"{count}/{len(jobs)} {name}", flush=True)

@@ -1,5 +1,6 @@
 """JAX on the CPU, reproducible hypothesis, and the small worlds and agents that tests share."""
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import pytest
 from touchdown import device
 
 device.use("cpu")  # before anything below computes
+os.environ["OMP_NUM_THREADS"] = "1"  # tests run side by side
 
 import jax  # noqa: E402
 

@@ -14,7 +14,7 @@ import gymnasium
 import numpy as np
 from gymnasium.error import Error as NotThere
 
-from touchdown import device
+from touchdown import cores, device
 from touchdown.errors import UserError, one_line
 from touchdown.lander import env as lander
 from touchdown.runs.folder import cpu_name
@@ -72,8 +72,8 @@ def _touchdown() -> tuple[State, str]:
 
 
 def _machine() -> tuple[State, str]:
-    cores = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count()
-    return "good", f"{cpu_name()}, {cores} cores, {platform.system()} {platform.machine()}"
+    system = f"{platform.system()} {platform.machine()}"
+    return "good", f"{cpu_name()}, {cores.available()} cores, {system}"
 
 
 def _libraries() -> tuple[State, str]:

@@ -9,7 +9,8 @@ from numpy.testing import assert_allclose
 from stepping import fly
 from touchdown.agents.dqn import DQNAgent
 from touchdown.lander.slots import StockSlots
-from touchdown.runs.loop import Episode, Moment, interact
+from touchdown.runs.loop import Episode, Moment, Underway, interact
+from touchdown.types import Steps
 
 NewAgent = Callable[..., DQNAgent]
 
@@ -159,8 +160,8 @@ class Script:
         return {"heard": len(self.heard)}
 
 
-def begun(env: Any, starts: dict[int, int], number: int) -> list[Episode]:
-    return [Episode(number, env.reset(seed=starts[number])[0])]
+def begun(env: Any, starts: dict[int, int], number: int) -> Underway:
+    return Underway([Episode(number, env.reset(seed=starts[number])[0])])
 
 
 def test_the_loop_tells_the_agent_all_that_happens_in_order(chain):
@@ -220,3 +221,38 @@ def test_the_loop_does_nothing_before_it_is_asked_for_a_step(chain):
     assert agent.heard == []
     next(loop)
     assert agent.heard == [("act", 0), (0, 1, 0.0, 1, False, False, 1)]
+
+
+def test_episodes_under_way_are_kept_as_they_would_be_one_by_one():
+    rng = np.random.default_rng(0)
+    begun = [Episode(n, rng.random(3), list(range(n)), 0.1 * n) for n in range(4)]
+    underway = Underway(begun)
+    plain = [Episode(e.number, e.observation, list(e.actions), e.episode_return) for e in begun]
+    for step in range(2_500):  # more than there is room for at first
+        slots = np.flatnonzero(rng.random(4) < 0.7)
+        actions, rewards = rng.integers(9, size=len(slots)), rng.normal(size=len(slots))
+        over = np.zeros(len(slots), bool)
+        steps = Steps(rng.random((len(slots), 3)), rewards, over, over)
+        underway.add(slots, actions, steps)
+        for row, slot in enumerate(slots.tolist()):
+            plain[slot].observation = steps.observations[row]
+            plain[slot].actions.append(int(actions[row]))
+            plain[slot].episode_return += float(rewards[row])
+        if step % 100 == 0:
+            plain[2] = Episode(10 + step, rng.random(3))
+            underway.begin(2, plain[2].number, plain[2].observation)
+    for slot, (kept, wanted) in enumerate(zip(underway.episodes(), plain, strict=True)):
+        assert kept.number == wanted.number
+        assert kept.observation.tolist() == wanted.observation.tolist()
+        assert kept.actions == wanted.actions
+        assert kept.episode_return == wanted.episode_return
+        assert underway.steps[slot] == len(wanted.actions)
+
+
+def test_an_episode_that_was_told_of_stays_as_it_was():
+    underway = Underway([Episode(0, np.zeros(2))])
+    told = underway.episode(0)
+    over = np.zeros(1, bool)
+    underway.add(np.arange(1), np.ones(1, int), Steps(np.ones((1, 2)), np.ones(1), over, over))
+    assert told == Episode(0, told.observation, [], 0.0)
+    assert told.observation.tolist() == [0.0, 0.0]

@@ -182,6 +182,14 @@ class QNetwork:
         module = cast(eqx.nn.Sequential, eqx.combine(self._unravel(params), self._static))
         return jax.vmap(partial(module, key=noise))(observations)
 
+    def values_of_each(self, params: Params, observations: FloatArray) -> NDArray[Any]:
+        """Q(s,·) of any number of observations, [N, D] to [N, A]: of each as it would be alone."""
+
+        def values_of(block: FloatArray) -> NDArray[Any]:
+            return np.asarray(cast(jax.Array, self.values(params, block)))
+
+        return in_blocks(values_of, observations)
+
     def pilot(self, params: FloatArray) -> "GreedyPilot":
         """Flies these parameters [P] without exploring."""
         return GreedyPilot(self, params)
@@ -244,7 +252,7 @@ class GreedyPilot:
 
     def __init__(self, network: QNetwork, params: FloatArray) -> None:
         self._params = jnp.asarray(params)
-        self._network_values = network.values
+        self._network = network
 
     def act(self, observations: FloatArray) -> IntArray:
         """The best action of each observation: [N, D] to [N]."""
@@ -252,11 +260,7 @@ class GreedyPilot:
 
     def values(self, observations: FloatArray) -> FloatArray:
         """Q(s,·) of each observation: [N, D] to [N, A]."""
-
-        def values_of(block: FloatArray) -> NDArray[Any]:
-            return np.asarray(cast(jax.Array, self._network_values(self._params, block)))
-
-        return in_blocks(values_of, observations)
+        return self._network.values_of_each(self._params, observations)
 
 
 def in_blocks(

@@ -72,7 +72,7 @@ def seen_in_flight(pilot: ValuePilot, env_id: str, seed: int = 0) -> NDArray[np.
             greedy = pilot.act(seen[-1])
             chance = rng.integers(world.spaces.num_actions, size=_WORLDS)
             actions = np.where(rng.random(_WORLDS) < _RANDOM_SHARE, chance, greedy)
-            steps = slots.step(range(_WORLDS), actions)
+            steps = slots.step(np.arange(_WORLDS), actions)
             now = steps.observations.copy()
             for slot in np.flatnonzero(steps.ended).tolist():
                 now[slot] = slots.reset(slot, next(starts))

@@ -5,9 +5,13 @@ from typing import Protocol
 
 import numpy as np
 
+from touchdown import cores
 from touchdown.lander import env as lander
 from touchdown.lander.env import Engine, Env
 from touchdown.types import FloatArray, IntArray, Steps
+
+# to share fewer takes longer than it saves
+_WORLDS_A_THREAD = 32
 
 
 class Slots(Protocol):
@@ -17,7 +21,7 @@ class Slots(Protocol):
         """Start an episode; gives its first observation, [D]."""
         ...
 
-    def step(self, slots: Sequence[int], actions: IntArray) -> Steps:
+    def step(self, slots: IntArray, actions: IntArray) -> Steps:
         """One step of some of the worlds, in the order of `slots`, which rises."""
         ...
 
@@ -51,11 +55,11 @@ class StockSlots:
         """Start an episode; gives its first observation, [D]."""
         return self._envs[slot].reset(seed=seed)[0]
 
-    def step(self, slots: Sequence[int], actions: IntArray) -> Steps:
+    def step(self, slots: IntArray, actions: IntArray) -> Steps:
         """One step of some of them, in the order of `slots`."""
         stepped = [
             self._envs[slot].step(action)[:4]
-            for slot, action in zip(slots, actions.tolist(), strict=True)
+            for slot, action in zip(_listed(slots), _listed(actions), strict=True)
         ]
         observations, rewards, terminated, truncated = zip(*stepped, strict=True)
         return Steps(
@@ -71,12 +75,17 @@ class StockSlots:
             env.close()
 
 
+def _listed(numbers: IntArray) -> list[int]:
+    return numbers.tolist()
+
+
 class _ExactSlots:
     def __init__(self, count: int) -> None:
         # where the engine was not built there is nothing to import
         from touchdown.lander.engine import Batch  # noqa: PLC0415
 
-        self._batch = Batch(count)
+        threads = min(cores.threads(), -(-count // _WORLDS_A_THREAD))
+        self._batch = Batch(count, num_threads=threads)
         self._actions = np.zeros(count, np.int64)
         self._observations = np.zeros((count, lander.OBSERVATION_SIZE), np.float32)
         self._rewards = np.zeros(count)
@@ -90,16 +99,15 @@ class _ExactSlots:
         self._steps[slot] = 0
         return self._observations[slot].copy()
 
-    def step(self, slots: Sequence[int], actions: IntArray) -> Steps:
-        chosen = np.asarray(slots)
-        self._actions[chosen] = actions
-        self._advance(chosen, lander.STEP)
-        self._steps[chosen] += 1
+    def step(self, slots: IntArray, actions: IntArray) -> Steps:
+        self._actions[slots] = actions
+        self._advance(slots, lander.STEP)
+        self._steps[slots] += 1
         return Steps(
-            self._observations[chosen],
-            self._rewards[chosen],
-            self._terminated[chosen],
-            self._steps[chosen] >= lander.MAX_EPISODE_STEPS,
+            self._observations[slots],
+            self._rewards[slots],
+            self._terminated[slots],
+            self._steps[slots] >= lander.MAX_EPISODE_STEPS,
         )
 
     def _advance(self, slots: IntArray, task: int) -> None:

@@ -5,11 +5,11 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from touchdown.lander import env as lander
 from touchdown.lander.slots import make_slots
-from touchdown.types import FloatArray, Outcome, Pilot
+from touchdown.runs.loop import Episode, Underway
+from touchdown.types import Outcome, Pilot, Steps
 
 SLOTS = 32  # environments flown side by side: enough to share the cost of a network's call
 
@@ -65,57 +65,43 @@ class Fleet:
         """
         results: dict[int, EpisodeResult] = {}
         waiting = iter(enumerate(starts))
-        flying: list[_Episode] = []
-        for slot, (index, seed) in zip(range(self._count), waiting, strict=False):
-            flying.append(_Episode(slot, index, seed, self._slots.reset(slot, seed)))
-        while flying:
-            actions = pilot.act(np.stack([episode.observation for episode in flying]))
-            steps = self._slots.step([episode.slot for episode in flying], actions)
-            still: list[_Episode] = []
-            for episode, action, observation, reward, terminated, truncated in zip(
-                flying, actions.tolist(), steps.observations, *map(_listed, steps[1:]), strict=True
-            ):
-                episode.add(action, observation, reward)
-                if not (terminated or truncated):
-                    still.append(episode)
-                    continue
-                results[episode.index] = episode.result(self._env_id, terminated=terminated)
+        first = [
+            Episode(index, self._slots.reset(slot, seed))
+            for slot, (index, seed) in zip(range(self._count), waiting, strict=False)
+        ]
+        if not first:
+            return []
+        underway = Underway(first)
+        flying = np.arange(len(first))
+        while len(flying):
+            actions = pilot.act(underway.observations[flying])
+            steps = self._slots.step(flying, actions)
+            underway.add(flying, actions, steps)
+            over = np.flatnonzero(steps.ended).tolist()
+            rests = np.zeros(len(flying), bool)
+            for row in over:
+                slot = int(flying[row])
+                episode = underway.episode(slot)
+                results[episode.number] = self._result(episode, starts[episode.number], steps, row)
                 on_episode()
-                for index, seed in waiting:
-                    first = self._slots.reset(episode.slot, seed)
-                    still.append(_Episode(episode.slot, index, seed, first))
-                    break
-            flying = still
+                following = next(waiting, None)
+                if following is None:
+                    rests[row] = True
+                else:
+                    underway.begin(slot, following[0], self._slots.reset(slot, following[1]))
+            if over:
+                flying = flying[~rests]
         return [results[index] for index in range(len(starts))]
 
-
-def _listed(values: NDArray[Any]) -> list[Any]:
-    return values.tolist()
-
-
-class _Episode:
-    """One episode under way, in one slot of a fleet."""
-
-    def __init__(self, slot: int, index: int, seed: int, observation: FloatArray) -> None:
-        self.slot = slot
-        self.index = index
-        self.observation = observation
-        self._seed = seed
-        self._actions: list[int] = []
-        self._return = 0.0
-        self._last_reward = 0.0
-
-    def add(self, action: int, observation: FloatArray, reward: float) -> None:
-        """One step."""
-        self.observation = observation
-        self._actions.append(action)
-        self._return += reward
-        self._last_reward = reward
-
-    def result(self, env_id: str, *, terminated: bool) -> EpisodeResult:
-        """The episode, which has just ended."""
+    def _result(self, episode: Episode, seed: int, steps: Steps, row: int) -> EpisodeResult:
+        """Of an episode that has just ended, with the step of all that fly in which it did."""
         outcome = lander.outcome_of(
-            env_id, self.observation, self._last_reward, terminated=terminated
+            self._env_id,
+            episode.observation,
+            float(steps.rewards[row]),
+            terminated=bool(steps.terminated[row]),
         )
-        fuel = lander.fuel_of(np.asarray(self._actions)) if lander.is_lander(env_id) else 0.0
-        return EpisodeResult(self._seed, self._return, len(self._actions), outcome, fuel)
+        fuel = 0.0
+        if lander.is_lander(self._env_id):
+            fuel = lander.fuel_of(np.asarray(episode.actions))
+        return EpisodeResult(seed, episode.episode_return, len(episode.actions), outcome, fuel)

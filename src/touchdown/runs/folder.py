@@ -1,7 +1,6 @@
 """A run's folder: what lies where, how a new one is named, and how one is found."""
 
 import fcntl
-import os
 import platform
 import subprocess
 import sys
@@ -11,7 +10,7 @@ from pathlib import Path
 from typing import IO
 
 from touchdown import config as configs
-from touchdown import device, files
+from touchdown import cores, device, files
 from touchdown.config import Config
 from touchdown.errors import UserError
 from touchdown.lander.env import engine_in_use, is_lander
@@ -189,12 +188,10 @@ def _provenance(config: Config) -> dict[str, object]:
         "git_commit": _git_commit(),
         "platform": platform.platform(),
         "cpu": cpu_name(),
-        "cpus_available": len(os.sched_getaffinity(0))
-        if hasattr(os, "sched_getaffinity")
-        else os.cpu_count(),
+        "cpus_available": cores.available(),
         "engine": engine_in_use() if is_lander(config.env_id) else "gymnasium",
         "device": device.chosen(),
-        "threads": 1 if device.chosen() == "cpu" else None,
+        "threads": cores.threads() if device.chosen() == "cpu" else None,
     }
 
 

@@ -21,7 +21,7 @@ from touchdown.runs.checkpoint import Finalist, Solved
 from touchdown.runs.evaluate import SLOTS, Fleet
 from touchdown.runs.evaluation import threshold_of
 from touchdown.runs.folder import RunFolder
-from touchdown.runs.loop import Episode, Moment, begin, interact
+from touchdown.runs.loop import Episode, Moment, Underway, begin, interact
 from touchdown.runs.record import Recorder
 from touchdown.seeding import VALIDATION_STARTS, streams, training_start
 from touchdown.types import Outcome
@@ -172,7 +172,7 @@ class Trainer:
         self._recent_returns = [float(row["episode_return"]) for row in rows]
         self._recent_timed_out = [row["outcome"] == "timed out" for row in rows]
         self._last_loss: float | None = None
-        self._episodes: list[Episode] = []
+        self._underway: Underway | None = None
 
     def _check_records(self) -> None:
         for name, size in self._progress.record_sizes.items():
@@ -203,8 +203,8 @@ class Trainer:
         progress, period = self._progress, self._config.training.checkpoint_seconds
         self._pace = pace = _Pace(self._budget, progress, self._agent.observations, self._began)
         last_saved = time.monotonic()
-        self._episodes = self._go_on()
-        for moment in interact(self._agent, self._slots, self._start_of, self._episodes):
+        self._underway = underway = self._go_on()
+        for moment in interact(self._agent, self._slots, self._start_of, underway):
             observations = self._agent.observations
             if moment.metrics is not None:
                 self._record_update(moment.metrics)
@@ -217,7 +217,7 @@ class Trainer:
                 progress.trained = self._budget.done(progress.episodes, observations) >= 1
                 if observations >= progress.next_validation or progress.trained:
                     self._validate()
-            elif len(self._episodes[0].actions) % _STEPS_BETWEEN_LOOKS:
+            elif underway.steps[0] % _STEPS_BETWEEN_LOOKS:
                 continue
             stop = self._should_stop()
             due = moment.ended and time.monotonic() - last_saved >= period
@@ -262,20 +262,20 @@ class Trainer:
         ]
         return list(zip(moment.ended, outcomes, strict=True))
 
-    def _go_on(self) -> list[Episode]:
+    def _go_on(self) -> Underway:
         """Every world's episode: the first, or what was under way at the last checkpoint."""
         underway = self._progress.underway
         if not underway:
             self._agent.begin_episode(0)
             return begin(self._slots, self._start_of, self._config.training.num_envs)
-        return [self._flown_again(slot, saved) for slot, saved in enumerate(underway)]
+        return Underway([self._flown_again(slot, saved) for slot, saved in enumerate(underway)])
 
     def _flown_again(self, slot: int, saved: Episode) -> Episode:
         """An episode that was under way, brought to where it was by the actions it took."""
         observation = self._slots.reset(slot, self._start_of(saved.number))
         episode = Episode(saved.number, observation)
         for action in saved.actions:
-            steps = self._slots.step([slot], np.array([action]))
+            steps = self._slots.step(np.array([slot]), np.array([action]))
             if steps.ended[0]:
                 break
             before, episode.observation = episode.observation, steps.observations[0]
@@ -300,7 +300,7 @@ class Trainer:
             self._agent,
             self._streams,
             self._progress,
-            self._episodes,
+            self._underway.episodes() if self._underway else [],
         )
 
     def _record_episode(self, episode: Episode, outcome: Outcome, epsilon: float) -> None:

@@ -54,9 +54,10 @@ class FusedNetwork(QNetwork):
             layer_norm=config.layer_norm,
             dueling=config.dueling,
         )
-        self.values = self._values
+        self.values = self.values_of_each
 
-    def _values(self, params: Any, observations: Any, _noise: None = None) -> Any:
+    def values_of_each(self, params: Any, observations: Any) -> Any:
+        """Q(s,·) of any number of observations, [N, D] to [N, A]: of each as it would be alone."""
         observations = np.ascontiguousarray(observations, np.float32)
         q = np.empty((len(observations), self.num_actions), np.float32)
         self.perceptron.values(np.asarray(params), observations, q)

@@ -79,10 +79,12 @@ class Worker {
 void step(std::span<Lander> landers, std::span<const Throttle> throttles,
           std::span<const Task> tasks, const Results& results, std::span<Workspace> workspaces,
           Workers& workers) {
-  constexpr std::size_t chunk = 64;  // landers that a thread takes at a time
+  constexpr std::size_t fewest = 16, most = 64;
   std::atomic<std::size_t> next{0};
   LaneQueue::Rest rest;
-  const std::size_t threads = workers.used_for((landers.size() + chunk - 1) / chunk);
+  const std::size_t threads = workers.used_for((landers.size() + fewest - 1) / fewest);
+  // Landers that a thread takes at a time: so few that none is left without, where they are few.
+  const std::size_t chunk = std::clamp(landers.size() / (2 * threads), fewest, most);
   workers.run(threads, [&](std::size_t number) {
     Worker worker(landers, throttles, tasks, results, workspaces[number]);
     for (std::size_t first = next.fetch_add(chunk); first < landers.size();

@@ -1,0 +1,188 @@
+"""Flying without Python between the steps: the engine as a custom call inside XLA's compiled loop.
+
+    python benchmarks/xla_engine.py --num-envs 64
+
+Four ways to fly worlds by the greedy policy of one network, in turns, on one core: the engine alone
+with actions that are there already; the loop that training uses, in Python; a loop with nothing in
+it but the engine's call and the fused network's; and `jax.lax.scan` over JAX's network and the
+engine as an XLA custom call, which is compiled here, for it is only an experiment.
+"""
+
+import argparse
+import ctypes
+import statistics
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from touchdown import device
+from touchdown.agents.fused.network import FusedNetwork
+from touchdown.agents.networks import QNetwork
+from touchdown.config import NetworkConfig
+from touchdown.lander.engine import Batch
+from touchdown.lander.slots import make_slots
+from touchdown.runs.folder import cpu_name
+from touchdown.runs.loop import begin, interact
+
+ENGINE = Path(__file__).parents[1] / "src" / "touchdown" / "lander" / "engine"
+SHAPE = NetworkConfig(hidden_sizes=(64, 64), layer_norm=True)
+D, A = 8, 4
+CALL = Path(__file__).with_name("xla_engine") / "engine_call.cpp"
+
+
+def compiled(folder: Path) -> ctypes.CDLL:
+    """The custom call with an engine of its own, built for this machine."""
+    out = folder / "engine_call.so"
+    sources = [CALL, *(ENGINE / f"{part}.cpp" for part in ("lander", "batch", "lane_solver"))]
+    sources += [ENGINE / "kernel_baseline.cpp"]
+    flags = ["-std=c++20", "-O2", "-ffp-contract=off", "-march=native", "-mno-fma", "-Wno-psabi"]
+    headers = [f"-I{ENGINE}", "-isystem", jax.ffi.include_dir()]
+    command = ["c++", "-shared", "-fPIC", *flags, *headers, *map(str, sources), "-o", str(out)]
+    subprocess.run(command, check=True)
+    return ctypes.CDLL(str(out))
+
+
+class Bare:
+    """A loop with nothing in it but two calls; worlds that have ended begin again a step later."""
+
+    def __init__(self, count: int, network: FusedNetwork, params: Any) -> None:
+        self._batch = Batch(count)
+        for slot in range(count):
+            self._batch.seed(slot, slot)
+        self._network = network
+        self._params = np.asarray(params)
+        self._arrays: tuple[Any, ...] = (
+            np.zeros(count, np.int64),
+            np.zeros((count, D), np.float32),
+            np.zeros(count),
+            np.zeros(count, np.bool_),
+            np.full(count, 2, np.uint8),
+        )
+        self._q = np.zeros((count, A), np.float32)
+
+    def fly(self, steps: int) -> list[tuple[Any, Any]]:
+        """Greedily; gives actions and tasks of each step."""
+        actions, observations, _, terminated, tasks = self._arrays
+        flown: list[tuple[Any, Any]] = []
+        for _ in range(steps):
+            self._network.perceptron.values(self._params, observations, self._q)
+            self._q.argmax(1, out=actions)
+            flown.append((actions.copy(), tasks.copy()))
+            self._batch.step(*self._arrays)
+            np.add(terminated, 1, out=tasks, casting="unsafe")
+        return flown
+
+    def repeat(self, flown: list[tuple[Any, Any]]) -> None:
+        """What was flown before, without a network."""
+        for actions, tasks in flown:
+            self._batch.step(actions, *self._arrays[1:4], tasks)
+
+
+class Greedy:
+    """What `interact` needs of an agent, and no more."""
+
+    epsilon = 0.0
+
+    def __init__(self, network: FusedNetwork, params: Any) -> None:
+        self._values, self._params = network.values, params
+
+    def act(self, observations: Any) -> Any:
+        """The best actions."""
+        return np.asarray(self._values(self._params, observations)).argmax(1)
+
+    def observe(self, *_: Any) -> None:
+        """Learn nothing."""
+
+    def begin_episode(self, _: int) -> None:
+        """Keep nothing."""
+
+
+def in_xla(library: ctypes.CDLL, count: int, network: QNetwork, params: Any) -> Any:
+    """A function that flies so many steps in one compiled call."""
+    library.make_flock.restype = ctypes.c_void_p
+    library.make_flock.argtypes = [ctypes.c_int64, ctypes.c_int64]
+    address = library.make_flock(count, 1)
+    advance = jax.ffi.ffi_call(
+        "advance_flock",
+        (
+            jax.ShapeDtypeStruct((count, D), jnp.float32),
+            jax.ShapeDtypeStruct((count,), jnp.float32),
+            jax.ShapeDtypeStruct((count,), jnp.bool_),
+        ),
+        has_side_effect=True,
+    )
+
+    def step(observations: jax.Array, _: None) -> tuple[jax.Array, jax.Array]:
+        actions = network.apply(params, observations).argmax(1).astype(jnp.int32)
+        observations, rewards, _terminated = advance(actions, address=np.int64(address))
+        return observations, rewards.sum()
+
+    def fly(observations: jax.Array, steps: int) -> tuple[jax.Array, jax.Array]:
+        return jax.lax.scan(step, observations, None, length=steps)
+
+    return jax.jit(fly, static_argnums=1)
+
+
+def seconds(call: Callable[[], object]) -> float:
+    """Of one call."""
+    began = time.perf_counter()
+    call()
+    return time.perf_counter() - began
+
+
+def main() -> None:
+    """Print microseconds a step of all worlds, each way."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--num-envs", type=int, default=64)
+    parser.add_argument("--steps", type=int, default=1_000)
+    parser.add_argument("--rounds", type=int, default=9)
+    args = parser.parse_args()
+    device.use_default()
+    count, steps = args.num_envs, args.steps
+    fused = FusedNetwork(D, A, SHAPE)
+    plain = QNetwork(D, A, SHAPE)
+    params = plain.init(jax.random.key(0))
+    slots = make_slots("LunarLander-v3", count, "exact")
+    episodes = begin(slots, int, count)
+    training = interact(Greedy(fused, params), slots, int, episodes)
+    with tempfile.TemporaryDirectory() as folder:
+        library = compiled(Path(folder))
+    jax.ffi.register_ffi_target("advance_flock", jax.ffi.pycapsule(library.advance_flock))
+    fly = in_xla(library, count, plain, params)
+    observations = jnp.zeros((count, D))
+    flown = Bare(count, fused, params).fly(steps)
+
+    def through_xla() -> None:
+        nonlocal observations
+        observations = fly(observations, steps)[0].block_until_ready()
+
+    ways: dict[str, Callable[[], object]] = {
+        "the engine alone": lambda: Bare(count, fused, params).repeat(flown),
+        "training's loop": lambda: [next(training) for _ in range(steps)],
+        "two calls in a bare loop": lambda: Bare(count, fused, params).fly(steps),
+        "a custom call in XLA's loop": through_xla,
+    }
+    for call in ways.values():
+        call()
+    taken = {name: [seconds(call)] for name, call in ways.items()}
+    for _ in range(args.rounds - 1):
+        for name, call in ways.items():
+            taken[name].append(seconds(call))
+    print(f"{cpu_name()}, one core; {count} worlds, network {list(SHAPE.hidden_sizes)}\n")
+    print("| way to fly | µs a step of all worlds, median | least | most |")
+    print("| --- | ---: | ---: | ---: |")
+    for name, each in taken.items():
+        micro = [1e6 * one / steps for one in each]
+        middle = statistics.median(micro)
+        print(f"| {name} | {middle:.0f} | {min(micro):.0f} | {max(micro):.0f} |")
+
+
+if __name__ == "__main__":
+    main()

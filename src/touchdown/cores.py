@@ -1,0 +1,24 @@
+"""How many threads one process may use, where no result depends on it."""
+
+import os
+
+
+def available() -> int:
+    """The cores that this process may run on."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def threads() -> int:
+    """As many as OMP_NUM_THREADS says, or else as there are cores."""
+    told = os.environ.get("OMP_NUM_THREADS", "")
+    return int(told) if told.isdecimal() and int(told) > 0 else available()
+
+
+def share(processes: int) -> None:
+    """Give each of so many processes that are still to be started its part of the cores.
+
+    They are told by OMP_NUM_THREADS; whoever has set it already is asked no more.
+    """
+    os.environ.setdefault("OMP_NUM_THREADS", str(max(1, available() // processes)))
