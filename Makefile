@@ -35,8 +35,8 @@ test-all: $(READY) ## run all tests, those that take minutes too
 exactness: $(READY) ## compare N=1000000 steps of the exact engine with stock, as bytes
 	@$(BIN)/python tests/lander/engine/oracle.py $(N) $(ARGS)
 
-sanitize: $(READY) ## the same for a few steps of an engine built with sanitizers
-	@$(BIN)/python tests/lander/engine/sanitized.py
+sanitize: $(READY) ## try the C++ modules built with sanitizers
+	@$(BIN)/python tests/sanitized.py
 
 check: $(READY) ## lint, format, types, layers and docs, changing nothing
 	@$(BIN)/ruff check

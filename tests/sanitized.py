@@ -1,6 +1,7 @@
-"""Builds the engine with address and undefined-behaviour sanitizers and compares it with stock.
+"""Builds the C++ modules with address and undefined-behaviour sanitizers, then tries both.
 
-`make sanitize` runs it. A finding ends the process at once with what was found.
+The engine is compared with stock, the fused updates with JAX by their own tests. `make sanitize`
+runs it. A finding ends the process at once with what was found.
 """
 
 import os
@@ -9,19 +10,30 @@ import subprocess
 import sys
 from pathlib import Path
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[1]
 BUILD = ROOT / "build" / "sanitized"
-FLY = """
-import sys
+ENGINE = Path("lander") / "engine"
+FUSED = Path("agents") / "fused"
+TESTS = ROOT / "tests" / FUSED
 # what is installed would come before the build in PYTHONPATH
+BUILT_FIRST = """
+import sys
 sys.meta_path = [f for f in sys.meta_path if "Redirecting" not in type(f).__name__]
+"""
+FLY = f"""{BUILT_FIRST}
 import oracle
 from touchdown.lander.engine import _engine
 assert "sanitized" in _engine.__file__, _engine.__file__
-reports = {name: oracle.compare(settings, range(5, 12), num_threads=2, where=f"{name}, ")
-           for name, settings in oracle.CONFIGURATIONS.items()}
+reports = {{name: oracle.compare(settings, range(5, 12), num_threads=2, where=f"{{name}}, ")
+           for name, settings in oracle.CONFIGURATIONS.items()}}
 sys.stdout.write(oracle.summary(reports))
 sys.exit(any(report.difference for report in reports.values()))
+"""
+LEARN = f"""{BUILT_FIRST}
+from touchdown.agents.fused import _fused
+assert "sanitized" in _fused.__file__, _fused.__file__
+import pytest
+sys.exit(pytest.main(["-q", "-p", "no:cacheprovider", "-n", "0", {str(TESTS)!r}]))
 """
 
 
@@ -46,17 +58,23 @@ def main() -> int:
     ]
     for command in (configure, [str(tools / "cmake"), "--build", str(BUILD)]):
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    for module in BUILD.glob("_engine*.so"):
-        shutil.copy(module, package / "lander" / "engine")
+    for name, home in (("_engine", ENGINE), ("_fused", FUSED)):
+        for module in BUILD.glob(f"{name}*.so"):
+            shutil.copy(module, package / home)
+    oracles = ROOT / "tests" / ENGINE
     environment = {
         **os.environ,
-        "PYTHONPATH": os.pathsep.join((str(BUILD / "package"), str(Path(__file__).parent))),
+        "PYTHONPATH": os.pathsep.join((str(BUILD / "package"), str(oracles))),
         "LD_PRELOAD": f"{library('libasan.so')} {library('libubsan.so')}",
         # Python keeps what it has until it ends
         "ASAN_OPTIONS": "detect_leaks=0:detect_stack_use_after_return=1",
         "UBSAN_OPTIONS": "halt_on_error=1:print_stacktrace=1",
     }
-    return subprocess.run([sys.executable, "-c", FLY], env=environment, check=False).returncode
+    for script in (FLY, LEARN):
+        ended = subprocess.run([sys.executable, "-c", script], env=environment, check=False)
+        if ended.returncode:
+            return ended.returncode
+    return 0
 
 
 if __name__ == "__main__":
