@@ -62,7 +62,7 @@ def table(presets: Sequence[str], seeds: Sequence[int], runs: Path) -> str:
             lines.append(
                 f"| {preset} | {seed} | {summary.mean:.1f} ± {summary.sd:.0f} "
                 f"| {summary.iqm.value:.1f} | {summary.worst:.1f} "
-                f"| {summary.outcomes.get('landed', 0.0):.0%} | {summary.share_solved:.0%} "
+                f"| {summary.outcomes.get('landed', 0.0):.0%} | {summary.share_solved:.1%} "
                 f"| {last['observations']:,} | {seconds:.1f} |"
             )
         if means:
@@ -85,7 +85,8 @@ def main() -> None:
         with multiprocessing.get_context("spawn").Pool(args.workers, maxtasksperchild=1) as pool:
             for count, name in enumerate(pool.imap_unordered(train, jobs, chunksize=1), start=1):
                 print(f"{count}/{len(jobs)} {name}", flush=True)
-    print(f"{cpu_name()}, one thread a run, {args.workers} at a time; seeds {args.seeds}")
+    threads = max(1, cores.available() // args.workers)
+    print(f"{cpu_name()}, {threads} threads a run, {args.workers} at a time; seeds {args.seeds}")
     print(
         "In bold the mean over seeds of the mean test return, with its 95% interval by Student's t."
     )

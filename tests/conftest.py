@@ -1,5 +1,6 @@
 """JAX on the CPU, reproducible hypothesis, and the small worlds and agents that tests share."""
 
+import gc
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -152,3 +153,11 @@ def chain() -> type[Chain]:
 def no_temporaries(tmp_path: Path) -> Callable[[], bool]:
     """Whether a test's folder is free of half-written files, hidden ones too."""
     return lambda: not [path for path in tmp_path.rglob("*") if ".tmp" in path.name]
+
+
+@pytest.fixture(scope="module")
+def without_collecting():
+    # statsmodels collects garbage in each correction: a tenth of a second, some thousand times
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(gc, "collect", lambda *_: 0)
+        yield

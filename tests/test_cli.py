@@ -66,7 +66,10 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize(
     ("args", "said"),
     [
-        (["nope"], "verb 'nope': unknown; choose one of train, evaluate, fly, tune, runs, show"),
+        (
+            ["nope"],
+            "verb 'nope': unknown; choose one of train, evaluate, fly, tune, study, compare",
+        ),
         (["train", "plot"], "preset 'plot': unknown; choose one of dqn, target-dqn"),
         (["train", "--gamma=0.9", "dqn"], "preset 'dqn': must be given once, right after `train`"),
         (["train", "--gama=0.9"], "--gama: unknown option; did you mean --gamma?"),
@@ -135,6 +138,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["evaluate", "gone.safetensors"], "gone.safetensors: cannot be read: No such file"),
         (["fly", "pid", "--out=x.avi"], ".gif or .mp4"),
         (["fly", "pid", "--out=no/such/x.gif"], "no/such/x.gif"),
+        (["tune", "pid", "--tolerence=2"], "--tolerence: unknown option; did you mean --toler"),
         (["tune", "pid", "--tolerance=2"], "tolerance = 2.0: must be between 0 and 1"),
         (["tune", "pid", "--starts=0"], "starts = 0: must be at least 1"),
         (["tune", "pid", "--out=no/such/pid.toml"], "out 'no/such/pid.toml': its folder does not"),

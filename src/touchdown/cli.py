@@ -10,7 +10,7 @@ from contextlib import redirect_stderr
 from dataclasses import dataclass, field, fields
 from itertools import zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 from tyro.conf import OmitArgPrefixes, Positional, arg, subcommand
@@ -65,6 +65,26 @@ PilotName = Annotated[
     ),
 ]
 RunName = Annotated[str, arg(metavar="RUN", help="A run's name in the runs folder, or its folder.")]
+
+ResultsDir = Annotated[Path, arg(help="Folder where studies keep their runs and reports.")]
+Scale = Annotated[
+    Literal["quick", "full"],
+    arg(help="Of the paper's studies: quick is for two cores in an hour, full is the paper's."),
+]
+LastScale = Annotated[
+    Literal["quick", "full"] | None,
+    arg(help="Of the paper's studies; None is as it was last run."),
+]
+Seeds = Annotated[
+    int | None, arg(help="Training seeds of each level; None is the study's own number.")
+]
+StudyName = Annotated[
+    str,
+    arg(
+        metavar="NAME",
+        help="`paper` for all of the paper's, one that `study list` names, or a .toml file.",
+    ),
+]
 
 INTERRUPTED = 130  # the shell's code for a program that Ctrl-C ended
 
@@ -219,10 +239,9 @@ class Fly:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tune:
-    """Tune a controller: Twiddle over the PID's gains and dead band, on training starts."""
+class TunePid:
+    """Tune the PID controller: Twiddle over its gains and dead band, on training starts."""
 
-    what: Annotated[Positional[Literal["pid"]], arg(help="What to tune.")]
     rule: Annotated[
         Literal["signed", "absolute"],
         arg(help="Action rule: `absolute` as the paper prints it, or the vertical sign kept."),
@@ -258,6 +277,237 @@ class Tune:
             console=console,
         )
         console.print(f"{best}\n  {self.out}", soft_wrap=True, markup=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TuneAgent:
+    """Search a preset's settings with Optuna (touchdown[optuna]); several training seeds a trial.
+
+    Seeds that tune are never those that studies report. The same command goes on with a search
+    that was stopped.
+    """
+
+    preset: Annotated[Positional[str], arg(metavar="PRESET", help="Settings to start from.")]
+    trials: Annotated[int, arg(help="Trials to make in all, those made before too.")] = 30
+    seeds: Annotated[int, arg(help="Training seeds a trial; its value is their mean.")] = 3
+    observations: Annotated[
+        int | None, arg(help="Observations a training; None takes the preset's own.")
+    ] = None
+    seed: Annotated[int, arg(help="Chooses what the sampler draws.")] = 0
+    storage: Annotated[
+        str | None,
+        arg(
+            metavar="URL",
+            help="Optuna's storage, such as postgresql://… for many machines; None is SQLite in "
+            "the results' folder.",
+        ),
+    ] = None
+    out: Annotated[
+        Path | None,
+        arg(metavar="FILE", help="TOML file for the winner; None makes PRESET-tuned.toml."),
+    ] = None
+    results_dir: ResultsDir = Path("runs") / "studies"
+
+    def run(self, console: "Console") -> None:
+        """Hand over to `studying.tune_agent`."""
+        from touchdown import studying  # noqa: PLC0415
+
+        out = self.out or Path(f"{self.preset}-tuned.toml")
+        found = studying.tune_agent(
+            self.preset,
+            trials=self.trials,
+            seeds=self.seeds,
+            observations=self.observations,
+            seed=self.seed,
+            storage=self.storage,
+            out=out,
+            results_dir=self.results_dir,
+            console=console,
+        )
+        console.print(str(found), soft_wrap=True, markup=False, highlight=False)
+        for path in found.files:
+            console.print(f"  {path}", soft_wrap=True, markup=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tune:
+    """Tune a controller, or an agent's settings."""
+
+    what: Annotated[TunePid, subcommand("pid")] | Annotated[TuneAgent, subcommand("agent")]
+
+    def run(self, console: "Console") -> None:
+        """Hand over to what is tuned."""
+        self.what.run(console)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyRun:
+    """Run what is missing of a study; the same command goes on with one that was stopped."""
+
+    name: Positional[StudyName]
+    scale: Scale = "quick"
+    seeds: Seeds = None
+    on: Annotated[
+        str,
+        arg(
+            metavar="local|ray|ray://…",
+            help="Who runs it: worker processes here, a Ray cluster that is already started, or "
+            "one far away (needs touchdown[ray]).",
+        ),
+    ] = "local"
+    workers: Annotated[int | None, arg(help="Runs at a time; None takes a worker a core.")] = None
+    dry_run: Annotated[
+        bool, arg(help="Only say what is missing and how long it will take, measured here.")
+    ] = False
+    results_dir: ResultsDir = Path("runs") / "studies"
+
+    def run(self, console: "Console") -> None:
+        """Hand over to `studying.run_study`."""
+        from touchdown import studying  # noqa: PLC0415
+
+        if self.dry_run or self.scale == "full":
+            estimated = studying.estimate_study(
+                self.name,
+                scale=self.scale,
+                seeds=self.seeds,
+                workers=self.workers,
+                results_dir=self.results_dir,
+                console=console,
+            )
+            console.print(str(estimated), soft_wrap=True, markup=False, highlight=False)
+        if self.dry_run:
+            return
+        state = studying.run_study(
+            self.name,
+            scale=self.scale,
+            seeds=self.seeds,
+            executor=studying.executor_of(self.on, self.workers),
+            results_dir=self.results_dir,
+            console=console,
+        )
+        console.print(f"{state.done} of {state.total} runs are done", markup=False)
+        if state.failed:
+            raise UserError(
+                f"{len(state.failed)} runs failed; `touchdown study status` names them, and the "
+                "same command tries them again"
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyStatus:
+    """Say how far studies are, and which runs failed and why."""
+
+    name: Annotated[
+        Positional[str | None], arg(metavar="[NAME]", help="Of one; None takes all begun.")
+    ] = None
+    scale: LastScale = None
+    seeds: Seeds = None
+    json: Json = False
+    results_dir: ResultsDir = Path("runs") / "studies"
+
+    def run(self, console: "Console") -> None:
+        """Hand over to `studying.study_status`."""
+        from touchdown import studying, tables  # noqa: PLC0415
+
+        found = studying.study_status(
+            self.name, scale=self.scale, seeds=self.seeds, results_dir=self.results_dir
+        )
+        if self.json:
+            _print_json([each.to_dict() for each in found])
+            return
+        console.print(tables.studies_table(found))
+        for each in found:
+            for name, why in each.failed.items():
+                console.print(f"  {name}: {why}", soft_wrap=True, markup=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyReport:
+    """Write a study's page: figures, a verdict on each claim, flights, tables."""
+
+    name: Annotated[
+        Positional[str | None],
+        arg(metavar="[NAME]", help="Of the study; None takes the one that was begun."),
+    ] = None
+    scale: LastScale = None
+    seeds: Seeds = None
+    out: Annotated[
+        Path | None,
+        arg(metavar="FOLDER", help="Folder for the page; None makes reports/NAME in the results."),
+    ] = None
+    results_dir: ResultsDir = Path("runs") / "studies"
+
+    def run(self, console: "Console") -> None:
+        """Hand over to `studying.study_report`."""
+        from touchdown import studying, tables  # noqa: PLC0415
+
+        report = studying.study_report(
+            self.name,
+            scale=self.scale,
+            seeds=self.seeds,
+            out=self.out,
+            results_dir=self.results_dir,
+            console=console,
+        )
+        if report.decisions:
+            console.print(tables.claims_table(report.decisions))
+        console.print(f"  {report.page}", soft_wrap=True, markup=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyList:
+    """List the paper's studies: what they vary, how many runs they are, what is claimed."""
+
+    scale: Scale = "quick"
+    json: Json = False
+
+    def run(self, console: "Console") -> None:
+        """Hand over to `studying.list_studies`."""
+        from touchdown import studying, tables  # noqa: PLC0415
+
+        found = studying.list_studies(self.scale)
+        if self.json:
+            _print_json([each.to_dict() for each in found])
+        else:
+            console.print(tables.topics_table(found))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """Many runs: a factor's levels over training seeds, with intervals and verdicts."""
+
+    what: (
+        Annotated[StudyRun, subcommand("run")]
+        | Annotated[StudyStatus, subcommand("status")]
+        | Annotated[StudyReport, subcommand("report")]
+        | Annotated[StudyList, subcommand("list")]
+    )
+
+    def run(self, console: "Console") -> None:
+        """Hand over to what is to be done."""
+        self.what.run(console)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Compare:
+    """Compare runs on one page; the first is what the others are beside."""
+
+    names: Annotated[
+        Positional[tuple[str, ...]],
+        arg(
+            metavar="RUN [RUN ...]",
+            help="Runs in the runs folder; those that differ in nothing but the seed count as one.",
+        ),
+    ]
+    out: Annotated[Path, arg(metavar="FOLDER", help="Folder for the page.")] = Path("comparison")
+    runs_dir: RunsDir = Path("runs")
+
+    def run(self, console: "Console") -> None:
+        """Hand over to `studying.compare`."""
+        from touchdown import studying  # noqa: PLC0415
+
+        page = studying.compare(self.names, out=self.out, runs_dir=self.runs_dir, console=console)
+        console.print(f"  {page}", soft_wrap=True, markup=False)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -363,16 +613,25 @@ class Doctor:
             raise UserError(f"{', '.join(bad)}: will not work; the table says what would help")
 
 
-Verb = Train | Evaluate | Fly | Tune | Runs | Show | Export | Doctor
+Verb = Train | Evaluate | Fly | Tune | Study | Compare | Runs | Show | Export | Doctor
 VERBS: dict[str, type[Verb]] = {
     "train": Train,
     "evaluate": Evaluate,
     "fly": Fly,
     "tune": Tune,
+    "study": Study,
+    "compare": Compare,
     "runs": Runs,
     "show": Show,
     "export": Export,
     "doctor": Doctor,
+}
+
+
+# what comes after a verb that is two words, whose flags are its own
+_INNER: dict[str, tuple[type[Any], ...]] = {
+    "tune": (TunePid, TuneAgent),
+    "study": (StudyRun, StudyStatus, StudyReport, StudyList),
 }
 
 
@@ -443,6 +702,8 @@ def parse(argv: Sequence[str]) -> Verb:
         | Annotated[Evaluate, subcommand("evaluate")]
         | Annotated[Fly, subcommand("fly")]
         | Annotated[Tune, subcommand("tune")]
+        | Annotated[Study, subcommand("study")]
+        | Annotated[Compare, subcommand("compare")]
         | Annotated[Runs, subcommand("runs")]
         | Annotated[Show, subcommand("show")]
         | Annotated[Export, subcommand("export")]
@@ -480,7 +741,8 @@ def _one_line_of(complaint: str, argv: Sequence[str]) -> str:
 
 
 def _field_names(verb: str) -> Iterator[str]:
-    for item in fields(VERBS[verb]):
+    kinds = _INNER.get(verb, (VERBS[verb],))
+    for item in (item for kind in kinds for item in fields(kind)):
         if item.name in SECTIONS:
             yield from (inner.name for inner in fields(SECTIONS[item.name]))
         else:

@@ -1,6 +1,8 @@
 """How many threads one process may use, where no result depends on it."""
 
 import os
+from collections.abc import Generator
+from contextlib import contextmanager
 
 
 def available() -> int:
@@ -22,3 +24,15 @@ def share(processes: int) -> None:
     They are told by OMP_NUM_THREADS; whoever has set it already is asked no more.
     """
     os.environ.setdefault("OMP_NUM_THREADS", str(max(1, available() // processes)))
+
+
+@contextmanager
+def one_thread_each() -> Generator[None]:
+    """Within the block, processes that are started use one thread, unless told otherwise before."""
+    before = os.environ.get("OMP_NUM_THREADS")
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["OMP_NUM_THREADS"]

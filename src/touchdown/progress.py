@@ -2,7 +2,8 @@
 
 import signal
 import threading
-from collections.abc import Generator
+import time
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from types import FrameType
 
@@ -21,6 +22,10 @@ from rich.text import Text
 
 from touchdown.errors import Interrupted
 from touchdown.runs.train import Status
+from touchdown.studies.executors import Event
+from touchdown.studies.runner import State
+
+_SETTLED = 0.2  # share of a training from which its recent return says something
 
 
 def clock(seconds: float) -> str:
@@ -142,6 +147,80 @@ class TrainingView:
         )
         bar.add_task("", total=1_000, completed=round(1_000 * status.share_done))
         return Group(bar, table)
+
+
+class StudyView:
+    """A live view of a study on a terminal; elsewhere a line for each job that fails.
+
+    Args:
+        console: where to draw.
+        name: of the study.
+        name_of: what a job is called, by its digest.
+    """
+
+    def __init__(self, console: Console, name: str, name_of: Callable[[str], str]) -> None:
+        self._console = console
+        self._name = name
+        self._name_of = name_of
+        self._began = time.monotonic()
+        self._first_share: float | None = None
+        self._best: tuple[float, str] | None = None
+        self._live = Live(console=console, refresh_per_second=2, transient=True)
+
+    def __enter__(self) -> "StudyView":
+        if self._console.is_terminal:
+            self._live.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._live.is_started:
+            self._live.stop()
+
+    def update(self, state: State, event: Event) -> None:
+        """Show where the study stands, after something has happened."""
+        if self._first_share is None:
+            self._first_share = state.share
+        if event.kind in ("died", "failed"):
+            said = f"{self._name_of(event.digest)}: {event.kind}: {event.text}"
+            self._console.print(said, soft_wrap=True, markup=False, highlight=False)
+        recent = event.progress.recent_return
+        # the mean of few episodes is luck
+        if recent is not None and event.progress.share > _SETTLED:
+            self._best = max(self._best or (recent, ""), (recent, self._name_of(event.digest)))
+        if self._console.is_terminal:
+            self._live.update(self._draw(state))
+
+    def _draw(self, state: State) -> Group:
+        gained = state.share - (self._first_share or 0.0)
+        passed = time.monotonic() - self._began
+        left = clock((1 - state.share) * passed / gained) if gained > 0.001 else "-"
+        bar = Progress(
+            TextColumn(f"study {self._name}", markup=False),
+            BarColumn(40),
+            TextColumn("{task.percentage:.0f}%"),
+            console=self._console,
+        )
+        bar.add_task("", total=1_000, completed=round(1_000 * state.share))
+        counts = Table.grid(padding=(0, 2))
+        cells = [
+            ("done", f"{state.done} of {state.total}"),
+            ("running", str(len(state.running))),
+            ("failed", str(len(state.failed))),
+            ("run again", str(state.died)),
+            ("ETA", left),
+        ]
+        counts.add_row(*(Text(name, style="dim") for name, _ in cells))
+        counts.add_row(*(Text(value, style="bold") for _, value in cells))
+        running = Table.grid(padding=(0, 2))
+        for digest, progress in state.running.items():
+            recent = progress.recent_return
+            running.add_row(
+                Text(self._name_of(digest)),
+                f"{progress.share:.0%}",
+                "" if recent is None else f"return {recent:.0f}",
+            )
+        best = [Text(f"best so far: {self._best[0]:.0f}, {self._best[1]}")] if self._best else []
+        return Group(bar, counts, running, *best)
 
 
 @contextmanager

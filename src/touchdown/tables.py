@@ -129,3 +129,46 @@ def findings_table(findings: Sequence[Finding]) -> Table:
     for finding in findings:
         table.add_row(marks[finding.state], finding.name, Text(finding.text))
     return table
+
+
+def studies_table(found: Sequence[Any]) -> Table:
+    """One row a study: how far it is."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("study", no_wrap=True)
+    for name in ("runs", "done", "failed", "missing"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for each in found:
+        missing = each.runs - each.done - len(each.failed)
+        cells = (each.runs, each.done, len(each.failed), missing)
+        table.add_row(Text(each.name), *map(str, cells))
+    return table
+
+
+def topics_table(found: Sequence[Any]) -> Table:
+    """One row a topic of the paper: what it asks, and how many runs it takes."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("study", no_wrap=True)
+    table.add_column("section", no_wrap=True)
+    table.add_column("levels × seeds", no_wrap=True, justify="right")
+    table.add_column("claims", justify="right")
+    table.add_column("question", overflow="fold")
+    for each in found:
+        size = f"{each.cells} × {each.seeds}"
+        table.add_row(
+            Text(each.name), each.section, size, str(len(each.claims)), Text(each.question)
+        )
+    return table
+
+
+def claims_table(decisions: Mapping[str, Sequence[Any]]) -> Table:
+    """One row a claim: its verdict."""
+    styles = {"holds": "green", "does not hold": "bold red", "undecided": "yellow"}
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("study", no_wrap=True)
+    table.add_column("verdict", no_wrap=True)
+    table.add_column("claim", overflow="fold")
+    for topic, of_topic in decisions.items():
+        for decision in of_topic:
+            verdict = Text(decision.verdict, styles[decision.verdict])
+            table.add_row(topic, verdict, Text(decision.claim.sentence))
+    return table

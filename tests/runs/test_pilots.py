@@ -8,8 +8,11 @@ from numpy.testing import assert_array_equal
 from touchdown.agents.networks import QNetwork
 from touchdown.config import Config, NetworkConfig
 from touchdown.errors import UserError
+from touchdown.lander import env as lander
 from touchdown.runs import folder as folders
 from touchdown.runs import pilots
+from touchdown.runs.evaluate import Fleet
+from touchdown.seeding import VALIDATION_STARTS
 
 CONFIG = Config(env_id="CartPole-v1", network=NetworkConfig(hidden_sizes=()))
 NETWORK = QNetwork(4, 2, CONFIG.network)
@@ -80,3 +83,12 @@ def test_an_archive_of_stable_baselines_is_a_pilot_for_the_world_given(tmp_path)
 def test_no_run_has_the_name_of_another_pilot(tmp_path, name):
     with pytest.raises(UserError, match="means another pilot"):
         folders.create(tmp_path, CONFIG, name)
+
+
+def test_the_pilot_that_comes_along_lands_from_starts_that_it_was_not_chosen_by():
+    ace = pilots.load("ace")
+    fleet = Fleet(ace.env_id, engine=lander.engine_in_use())
+    results = fleet.fly(ace.pilot, VALIDATION_STARTS[-40:])
+    fleet.close()
+    assert {result.outcome for result in results} == {"landed"}
+    assert np.mean([result.episode_return for result in results]) > 275

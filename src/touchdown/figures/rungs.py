@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import EngFormatter
+from matplotlib.ticker import EngFormatter, PercentFormatter
 from scipy import stats
 
 from touchdown.figures import style
@@ -14,7 +14,7 @@ from touchdown.types import FloatArray
 Curve = tuple[Sequence[float], Sequence[float]]
 """Observations at which a run was validated, rising, and the mean returns."""
 
-_COLOURS = (style.MUTED, style.BLUE, style.ORANGE, style.GREEN, style.PURPLE)
+_COLOURS = (style.MUTED, style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, style.RED)
 _POINTS = 200
 
 
@@ -42,14 +42,37 @@ def draw_rungs(ax: Axes, curves: Mapping[str, Sequence[Curve]], solved: float = 
         curves: by the variant's name; the first is what the others are beside.
         solved: return that counts as solved.
     """
-    for (name, runs), colour in zip(curves.items(), _COLOURS, strict=False):
-        at, mean, half = mean_and_interval(runs)
-        ax.fill_between(at, mean - half, mean + half, color=colour, alpha=0.18, linewidth=0)
-        seeds = "1 seed" if len(runs) == 1 else f"{len(runs)} seeds"
-        ax.plot(at, mean, color=colour, linewidth=1.8, label=f"{name}, {seeds}")
+    _draw_curves(ax, curves)
     ax.axhline(solved, color=style.MUTED, linewidth=1, linestyle=(0, (4, 3)), zorder=1)
     ax.set_ylim(-400, 300)
     ax.set_ylabel("validation return, greedy")
+    return _over_observations(ax)
+
+
+def draw_shares(ax: Axes, curves: Mapping[str, Sequence[Curve]], what: str) -> Axes:
+    """Mean share over observations of each variant, shaded by its interval.
+
+    Args:
+        ax: to draw on.
+        curves: by the variant's name: observations, and shares from 0 to 1.
+        what: the shares are of.
+    """
+    _draw_curves(ax, curves)
+    ax.set_ylim(0, 1.02)
+    ax.yaxis.set_major_formatter(PercentFormatter(1.0))
+    ax.set_ylabel(what)
+    return _over_observations(ax)
+
+
+def _draw_curves(ax: Axes, curves: Mapping[str, Sequence[Curve]]) -> None:
+    for (name, runs), colour in zip(curves.items(), _COLOURS, strict=False):
+        at, mean, half = mean_and_interval(runs)
+        ax.fill_between(at, mean - half, mean + half, color=colour, alpha=0.15, linewidth=0)
+        seeds = "1 seed" if len(runs) == 1 else f"{len(runs)} seeds"
+        ax.plot(at, mean, color=colour, linewidth=1.8, label=f"{name}, {seeds}")
+
+
+def _over_observations(ax: Axes) -> Axes:
     ax.set_xlabel("observations")
     ax.xaxis.set_major_formatter(EngFormatter(sep=""))
     ax.set_xlim(left=0)

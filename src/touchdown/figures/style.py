@@ -1,17 +1,19 @@
 """How figures look, and how they become files."""
 
+import functools
 from pathlib import Path
 
+import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from touchdown import files
-from touchdown.errors import UserError, one_line
 
 # Okabe and Ito's colours, which all kinds of colour vision tell apart
 BLUE, ORANGE, GREEN, RED, PURPLE = "#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7"
 INK, MUTED, FAINT = "#1d2330", "#6b7280", "#d9dce3"
 
+_IN_ONE_LINE = 4  # entries of a legend
 _DPI = 200  # twice matplotlib's, for sharp screens
 
 
@@ -40,14 +42,15 @@ def tidy(ax: Axes) -> Axes:
 
 
 def legend_above(ax: Axes) -> None:
-    """A legend in one line above the axes, of all that has a label."""
+    """A legend above the axes, of all that has a label: in one line, or in two where it is long."""
     handles, labels = ax.get_legend_handles_labels()
+    count = max(len(handles), 1)
     ax.legend(
         handles,
         labels,
         loc="lower left",
         bbox_to_anchor=(-0.01, 1.0),
-        ncols=max(len(handles), 1),
+        ncols=count if count <= _IN_ONE_LINE else -(-count // 2),
         frameon=False,
         fontsize=8,
         labelcolor=INK,
@@ -62,16 +65,19 @@ def title(figure: Figure, text: str) -> None:
     figure.suptitle(text, x=0.012, ha="left", color=INK, fontsize=12, fontweight="bold")
 
 
-def save(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG, whole or not at all, and empty it.
+def save(figure: Figure, path: Path, *others: Path) -> None:
+    """Write a figure in the format of each path's suffix, whole or not at all, and empty it.
+
+    One figure makes the same file twice: nothing in it is of the day or by chance.
 
     Raises:
-        UserError: the file cannot be written.
+        UserError: a file cannot be written.
     """
     try:
-        files.write_through(path, lambda temporary: figure.savefig(temporary, format="png"))
-    except OSError as error:
-        reason = one_line(error)
-        raise UserError(f"{path}: cannot be written: {reason}") from None
+        with matplotlib.rc_context({"svg.hashsalt": "touchdown"}):
+            for each in (path, *others):
+                metadata = {"Date": None} if each.suffix == ".svg" else None
+                with files.refusing(str(each)):
+                    files.write_through(each, functools.partial(figure.savefig, metadata=metadata))
     finally:
         figure.clear()

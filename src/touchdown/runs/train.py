@@ -24,7 +24,7 @@ from touchdown.runs.folder import RunFolder
 from touchdown.runs.loop import Episode, Moment, Underway, begin, interact
 from touchdown.runs.record import Recorder
 from touchdown.seeding import VALIDATION_STARTS, streams, training_start
-from touchdown.types import Outcome
+from touchdown.types import Outcome, Pilot
 
 RECENT = 100  # episodes that "recent" means, as everywhere in the field
 _STEPS_BETWEEN_LOOKS = 50
@@ -181,6 +181,11 @@ class Trainer:
             path = self._folder.path / name
             if not path.is_file() or path.stat().st_size < size:
                 raise UserError(f"{path}: shorter than its checkpoint says; it was altered")
+
+    @property
+    def last_pilot(self) -> Pilot:
+        """What the agent has learnt so far, chosen or not, flown greedily."""
+        return self._agent.model.pilot(self._agent.params())
 
     def close(self) -> None:
         """Give back files, environments and the right to write to the run."""

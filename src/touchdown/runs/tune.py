@@ -1,14 +1,14 @@
 """Tuning the PID controller by Twiddle on training starts."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 import tomli_w
 
 from touchdown.control.pid import PIDConfig, PIDPilot, Rule
-from touchdown.control.twiddle import twiddle
+from touchdown.control.twiddle import Trial, twiddle
 from touchdown.lander.env import LANDER_IDS, engine_in_use
 from touchdown.runs.evaluate import Fleet
 from touchdown.seeding import tuning_starts
@@ -39,6 +39,59 @@ class TuningStep:
     """Largest relative step still in use; tuning ends at the tolerance."""
 
 
+class Objective:
+    """The mean return of gains over training starts.
+
+    All gains fly the same starts, so that two differ by what they do and not by luck.
+
+    Args:
+        rule: the action rule to tune for.
+        starts: training starts to fly.
+        seed: chooses them.
+        begin: gives what is not tuned; its rule does not count.
+    """
+
+    def __init__(self, rule: Rule, starts: int, seed: int, begin: PIDConfig = HAND_PICKED) -> None:
+        self._begin = replace(begin, rule=rule)
+        self._starts = tuning_starts(seed, starts)
+        self._fleet = Fleet(LANDER_IDS[0], min(starts, _SLOTS), engine_in_use())
+
+    def __enter__(self) -> "Objective":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._fleet.close()
+
+    def __call__(self, point: tuple[float, ...]) -> float:
+        """Fly gains in the order of `TUNED`."""
+        results = self._fleet.fly(PIDPilot(self.config_of(point)), self._starts)
+        return float(np.mean([result.episode_return for result in results]))
+
+    def config_of(self, point: tuple[float, ...]) -> PIDConfig:
+        """The controller with gains in the order of `TUNED`; no dead band is below 0."""
+        values = dict(zip(TUNED, point, strict=True))
+        values["dead_band"] = max(0.0, values["dead_band"])
+        return replace(self._begin, **values)
+
+    @staticmethod
+    def point_of(config: PIDConfig) -> tuple[float, ...]:
+        """A controller's gains in the order of `TUNED`."""
+        return tuple(getattr(config, name) for name in TUNED)
+
+
+def search(
+    objective: Callable[[tuple[float, ...]], float], begin: tuple[float, ...], tolerance: float
+) -> Iterator[Trial]:
+    """Twiddle over gains in the order of `TUNED`, one trial at a time.
+
+    Args:
+        objective: of gains; larger is better.
+        begin: gains to begin from.
+        tolerance: relative step at which to stop.
+    """
+    return twiddle(objective, begin, _FIRST_STEPS, tolerance)
+
+
 def tune_pid(
     rule: Rule,
     starts: int,
@@ -48,8 +101,6 @@ def tune_pid(
 ) -> Iterator[TuningStep]:
     """Maximise the mean return over training starts, one trial at a time.
 
-    Every trial flies the same starts, so that two gains differ by what they do and not by luck.
-
     Args:
         rule: the action rule to tune for.
         starts: training starts a trial flies.
@@ -57,28 +108,11 @@ def tune_pid(
         tolerance: relative step at which to stop.
         begin: gains and dead band to begin from; its rule does not count.
     """
-    flown = tuning_starts(seed, starts)
-    fleet = Fleet(LANDER_IDS[0], min(starts, _SLOTS), engine_in_use())
-
-    def config_of(point: tuple[float, ...]) -> PIDConfig:
-        values = dict(zip(TUNED, point, strict=True))
-        values["dead_band"] = max(0.0, values["dead_band"])
-        return replace(begin, rule=rule, **values)
-
-    def mean_return(point: tuple[float, ...]) -> float:
-        results = fleet.fly(PIDPilot(config_of(point)), flown)
-        return float(np.mean([result.episode_return for result in results]))
-
-    first = [getattr(begin, name) for name in TUNED]
-    try:
-        for number, trial in enumerate(
-            twiddle(mean_return, first, _FIRST_STEPS, tolerance), start=1
-        ):
-            yield TuningStep(
-                number, trial.value, trial.best_value, config_of(trial.best), trial.step
-            )
-    finally:
-        fleet.close()
+    with Objective(rule, starts, seed, begin) as objective:
+        trials = search(objective, objective.point_of(begin), tolerance)
+        for number, trial in enumerate(trials, start=1):
+            best = objective.config_of(trial.best)
+            yield TuningStep(number, trial.value, trial.best_value, best, trial.step)
 
 
 def share_done(step: float, tolerance: float) -> float:

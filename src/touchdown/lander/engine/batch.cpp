@@ -85,7 +85,7 @@ void step(std::span<Lander> landers, std::span<const Throttle> throttles,
   const std::size_t threads = workers.used_for((landers.size() + fewest - 1) / fewest);
   // Landers that a thread takes at a time: so few that none is left without, where they are few.
   const std::size_t chunk = std::clamp(landers.size() / (2 * threads), fewest, most);
-  workers.run(threads, [&](std::size_t number) {
+  workers.run(threads, landers.size(), [&](std::size_t number) {
     Worker worker(landers, throttles, tasks, results, workspaces[number]);
     for (std::size_t first = next.fetch_add(chunk); first < landers.size();
          first = next.fetch_add(chunk)) {

@@ -1,0 +1,1 @@
+"""Records to one page that anyone can open."""

@@ -1,0 +1,114 @@
+"""Any finished runs on one page, grouped by settings: seeds of one setting are one level."""
+
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from touchdown import config as configs
+from touchdown.config import Config
+from touchdown.errors import UserError
+from touchdown.report.page import Page, Section, Table, write_page
+from touchdown.report.study import PAGE, Builder, machine_facts
+from touchdown.runs.run import Run
+from touchdown.studies.plan import Factor, Level, Study
+from touchdown.studies.results import StudyResults, read_run
+from touchdown.studies.store import Store
+
+_SHOWN = 4  # differing settings that a level's name tells
+
+
+def write_comparison(runs: Sequence[Run], out: Path) -> Path:
+    """Write the page into a folder.
+
+    Args:
+        runs: finished, at least one; the settings of the first are the base.
+        out: folder for the page and its pictures.
+
+    Returns:
+        The page.
+
+    Raises:
+        UserError: a run is not finished, its files are broken, or something cannot be written.
+    """
+    if not runs:
+        raise UserError("names: must be at least one run")
+    for run in runs:
+        if run.evaluation is None:
+            raise UserError(
+                f"run {run.name!r}: has no test flights; it must be finished, with test_episodes"
+            )
+    groups: dict[str, list[Run]] = {}
+    for run in {run.path.resolve(): run for run in runs}.values():
+        groups.setdefault(dataclasses.replace(run.config, seed=0).digest, []).append(run)
+    labels = _labels([of[0] for of in groups.values()])
+    levels = tuple(
+        Level(label, configs.to_dict(of[0].config))
+        for label, of in zip(labels, groups.values(), strict=True)
+    )
+    study = Study(
+        name="comparison",
+        title="Runs compared",
+        factors=(Factor("settings", levels),),
+        seeds=max(len(of) for of in groups.values()),
+    )
+    found = tuple(
+        dataclasses.replace(read_run(run.path, (label,), run.config.seed), digest=run.name)
+        for label, of in zip(labels, groups.values(), strict=True)
+        for run in of
+    )
+    results = StudyResults(study, study.seeds, found, 0, {})
+    store = Store(runs[0].path.parent)
+    builder = Builder(store, out, linked=True, on_step=lambda _: None, runs=runs[0].path.parent)
+    section = builder.section("comparison", "Test returns", "", results, "best_return", (), {})
+    page = Page(
+        title="Runs compared",
+        lead=f"{len(found)} runs of {len(groups)} settings.",
+        sections=(section, _settings_section(labels, [of[0] for of in groups.values()])),
+        provenance=machine_facts(),
+    )
+    write_page(page, out / PAGE)
+    return out / PAGE
+
+
+def _differing(runs: Sequence[Run]) -> dict[str, list[Any]]:
+    """The settings in which runs differ, by dotted name."""
+    flat = [_flat(run.config) for run in runs]
+    names = [name for name in flat[0] if name not in ("seed", "preset")]
+    return {
+        name: [each[name] for each in flat]
+        for name in names
+        if any(each[name] != flat[0][name] for each in flat)
+    }
+
+
+def _flat(config: Config) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for name, value in configs.to_dict(config).items():
+        if isinstance(value, dict):
+            found |= {f"{name}.{inner}": each for inner, each in value.items()}  # pyright: ignore[reportUnknownVariableType]
+        else:
+            found[name] = value
+    return found
+
+
+def _labels(runs: Sequence[Run]) -> list[str]:
+    """A name a group: its preset, and where that does not tell them apart what differs."""
+    presets = [run.config.preset for run in runs]
+    if len(set(presets)) == len(presets):
+        return presets
+    differing = dict(list(_differing(runs).items())[:_SHOWN])
+    told = [
+        ", ".join(
+            [preset, *(f"{name.split('.')[-1]} {values[i]}" for name, values in differing.items())]
+        )
+        for i, preset in enumerate(presets)
+    ]
+    return told if len(set(told)) == len(told) else [run.name for run in runs]
+
+
+def _settings_section(labels: Sequence[str], runs: Sequence[Run]) -> Section:
+    differing = _differing(runs)
+    rows = tuple((name, *map(str, values)) for name, values in differing.items())
+    table = Table("Settings in which they differ.", ("setting", *labels), rows)
+    return Section(id="settings", title="Settings", tables=(table,) if rows else ())

@@ -1,0 +1,220 @@
+"""One self-contained HTML page from a plain value: no network, and whole without its script."""
+
+import re
+from base64 import b64encode
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Literal
+from urllib.parse import quote
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from touchdown import files
+from touchdown.errors import UserError, one_line
+from touchdown.report.embed import data_url, film_and_still
+from touchdown.report.svg import themed_svg
+
+Verdict = Literal["holds", "does not hold", "undecided"]
+VERDICTS: tuple[Verdict, ...] = ("holds", "does not hold", "undecided")
+
+_SECTION_ID = re.compile(r"[^\s:]+")  # the page's own ids have a colon
+# what a reader compares down a column: a number with its unit, its interval, or none at all
+_NUMBER = re.compile(r"[<>≤≥≈]? ?[+−±-]?\.?\d[\d.,]*(e[+-]?\d+)? ?[%kMms]?( ?(±|\[|\(|to ).*)?")
+_NO_NUMBER = re.compile(r"|[–—-]|never( \(.*\))?")
+# a browser drops control characters and takes a backslash for a slash before it looks for a scheme
+_PLAIN = r"[^\\\x00-\x20\x7f][^\\\x00-\x1f\x7f]*"
+_SAFE_HREF = re.compile(rf"https?://{_PLAIN}|(?!/|[^/?#]*:){_PLAIN}", re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True)
+class ClaimRow:
+    """A claim, what became of it, and the numbers that decided."""
+
+    sentence: str
+    section: str
+    """Of the paper; "" where it is of none."""
+    verdict: Verdict
+    evidence: str
+    """One line of numbers."""
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A figure: its SVG is set into the page and follows light and dark, else its PNG is."""
+
+    svg: Path | None
+    png: Path
+    alt: str
+    caption: str
+
+
+@dataclass(frozen=True, slots=True)
+class Film:
+    """An animation; whoever wants less motion sees its last frame, and starts it by hand."""
+
+    gif: Path
+    alt: str
+    caption: str
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """Words that lead somewhere: to a place relative to the page, or over http.
+
+    Raises:
+        UserError: the address is absolute, or of another kind.
+    """
+
+    text: str
+    href: str
+
+    def __post_init__(self) -> None:
+        if not _SAFE_HREF.fullmatch(self.href):
+            raise UserError(f"href = {self.href!r}: must be a relative path, or http or https")
+
+    @classmethod
+    def to_file(cls, text: str, path: Path) -> "Link":
+        """A link to a file whose name may have anything in it.
+
+        Args:
+            text: the words.
+            path: relative to the page.
+        """
+        return cls(text, quote(path.as_posix()))
+
+
+Cell = str | Link
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Rows of cells, each headed by its first; a folded one opens by hand."""
+
+    caption: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    folded: bool = False
+
+    @property
+    def numeric(self) -> list[bool]:
+        """Of each column, whether its cells are numbers, which stand at the right."""
+        return [
+            _are_numbers([row[place] for row in self.rows if place < len(row)])
+            for place in range(len(self.columns))
+        ]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Section:
+    """One topic of a page.
+
+    Raises:
+        UserError: its id has blanks or colons.
+    """
+
+    id: str
+    """Where links to the section lead; without blanks and colons."""
+    title: str
+    lead: str = ""
+    claims: tuple[ClaimRow, ...] = ()
+    pictures: tuple[Picture, ...] = ()
+    films: tuple[Film, ...] = ()
+    tables: tuple[Table, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not _SECTION_ID.fullmatch(self.id):
+            raise UserError(f"section {self.id!r}: must have an id without blanks and colons")
+
+    @property
+    def counts(self) -> list[tuple[Verdict, int]]:
+        """How many claims came to each verdict, of those that any came to."""
+        return [(verdict, number) for verdict, number in _counted(self.claims) if number]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Page:
+    """A whole report."""
+
+    title: str
+    lead: str
+    facts: tuple[tuple[str, str], ...] = ()
+    """Name and value of what a reader wants to know first."""
+    sections: tuple[Section, ...] = ()
+    provenance: tuple[tuple[str, str], ...] = ()
+    """Name and value of where the numbers come from."""
+
+    @property
+    def counts(self) -> list[tuple[Verdict, int]]:
+        """How many claims came to each verdict."""
+        return _counted(claim for section in self.sections for claim in section.claims)
+
+
+def render(page: Page) -> str:
+    """The page as HTML; the same value, and the same pictures, give the same text.
+
+    Raises:
+        UserError: a picture cannot be read, or two sections have one id.
+    """
+    times = Counter(section.id for section in page.sections)
+    for name in times:
+        if times[name] > 1:
+            raise UserError(f"section {name!r}: is there {times[name]} times, must be once")
+    environment = Environment(
+        loader=PackageLoader("touchdown.report", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    script = environment.get_template("theme.js").render()
+    return environment.get_template("page.html.j2").render(
+        page=page,
+        drawing_of=_drawing,
+        address_of=data_url,
+        moving_of=film_and_still,
+        script=Markup(script),  # noqa: S704 - our own
+        # the only script that a browser may run here, whatever the names of runs say
+        script_hash=b64encode(sha256(script.encode()).digest()).decode(),
+    )
+
+
+def write_page(page: Page, path: Path) -> None:
+    """Write the page, whole or not at all.
+
+    Raises:
+        UserError: a picture cannot be read, or the page cannot be written.
+    """
+    text = render(page)
+    with files.refusing(str(path)):
+        files.write_atomic(path, text)
+
+
+def _counted(claims: Iterable[ClaimRow]) -> list[tuple[Verdict, int]]:
+    counted = Counter(claim.verdict for claim in claims)
+    return [(verdict, counted[verdict]) for verdict in VERDICTS]
+
+
+def _are_numbers(cells: Sequence[Cell]) -> bool:
+    texts = [cell for cell in cells if isinstance(cell, str)]
+    found = [_NUMBER.fullmatch(text) is not None for text in texts]
+    return (
+        len(texts) == len(cells)
+        and any(found)
+        and all(
+            is_number or _NO_NUMBER.fullmatch(text)
+            for is_number, text in zip(found, texts, strict=True)
+        )
+    )
+
+
+def _drawing(svg: Path, prefix: str) -> Markup:
+    try:
+        return Markup(themed_svg(svg.read_text("utf-8"), prefix))  # noqa: S704 - only shapes
+    except OSError as error:
+        raise UserError(f"{svg}: cannot be read: {one_line(error)}") from None
+    except ValueError as error:
+        raise UserError(f"{svg}: not an SVG picture: {one_line(error)}") from None

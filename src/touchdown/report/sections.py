@@ -1,0 +1,254 @@
+"""What a report says of one study: its figure, its claims, its levels compared, its runs."""
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from touchdown.figures import rungs, style
+from touchdown.figures import studies as figures
+from touchdown.figures.studies import Point, Row
+from touchdown.report.page import Cell, ClaimRow, Link, Picture, Table
+from touchdown.runs.run import CURVE
+from touchdown.stats import compare, curves
+from touchdown.stats.seeds import summarise_seeds
+from touchdown.studies.claims import Decision
+from touchdown.studies.plan import Level
+from touchdown.studies.results import METRICS, StudyResults
+from touchdown.types import FloatArray
+
+_NONE = "–"
+
+
+def claim_rows(decisions: Sequence[Decision]) -> tuple[ClaimRow, ...]:
+    """Claims with their verdicts, as the page shows them."""
+    return tuple(
+        ClaimRow(d.claim.sentence, d.claim.section, d.verdict, d.evidence) for d in decisions
+    )
+
+
+def interval_text(value: float, low: float, high: float) -> str:
+    """A number with its interval, in return points."""
+    return f"{value:.0f} [{low:.0f}, {high:.0f}]"
+
+
+def level_table(results: StudyResults, metric: str = "best_return") -> Table:
+    """Each cell's seeds in numbers, and against the base.
+
+    Args:
+        results: of a study.
+        metric: what is compared.
+    """
+    base = results.study.base_cell()
+    cells = [cell for cell in results.study.cells() if len(results.of(cell.labels))]
+    others = [cell for cell in cells if cell.labels != base.labels]
+    known = {
+        cell.labels: compare.compare(
+            results.values(base.labels, metric), results.values(cell.labels, metric)
+        )
+        for cell in others
+        if min(len(results.of(base.labels)), len(results.of(cell.labels))) > 1
+    }
+    corrected = dict(
+        zip(known, compare.holm([found.p_value for found in known.values()]), strict=True)
+    )
+    rows: list[tuple[Cell, ...]] = []
+    for cell in cells:
+        chosen = summarise_seeds(results.values(cell.labels, "best_return"))
+        last = summarise_seeds(results.values(cell.labels, "last_return"))
+        area = summarise_seeds(results.values(cell.labels, "area"))
+        band = _NONE if chosen.band is None else f"{chosen.band[0]:.0f} to {chosen.band[1]:.0f}"
+        comparison = known.get(cell.labels)
+        rows.append(
+            (
+                f"{cell.name} (base)" if cell.labels == base.labels else cell.name,
+                str(chosen.n),
+                interval_text(chosen.iqm.value, chosen.iqm.low, chosen.iqm.high),
+                interval_text(chosen.mean.value, chosen.mean.low, chosen.mean.high),
+                band,
+                f"{last.mean.value:.0f}",
+                f"{area.mean.value:.0f}",
+                _to_solved([run.observations_to_solved for run in results.of(cell.labels)]),
+                _to_solved([run.seconds_to_solved for run in results.of(cell.labels)]),
+                _NONE if comparison is None else f"{comparison.difference.value:+.0f}",
+                _NONE
+                if comparison is None
+                else f"{comparison.probability_of_improvement.value:.0%}",
+                _NONE if comparison is None else p_text(corrected[cell.labels]),
+            )
+        )
+    return Table(
+        "Chosen checkpoint on the test starts, by level; against the base: difference of means, "
+        "probability of improvement, p by Holm's correction.",
+        (
+            "level", "n", "IQM [95%]", "mean [95%]", "band of seeds", "last weights",
+            "over training", "observations to 200", "seconds to 200", "against base",
+            "P(better)", "p",
+        ),
+        tuple(rows),
+    )  # fmt: skip
+
+
+def p_text(p: float) -> str:
+    """A p-value in as many digits as it bears."""
+    return "< 0.001" if p < 0.001 else f"{p:.2g}" if p < 0.1 else f"{p:.2f}"
+
+
+def _to_solved(values: Sequence[float]) -> str:
+    """The median over seeds, and how many got there."""
+    found = curves.reached(values)
+    median = "never" if math.isinf(found.median) else f"{found.median:,.0f}"
+    return median if found.reached == found.n else f"{median} ({found.reached} of {found.n})"
+
+
+def run_table(results: StudyResults, runs: Path, beside: Path | None) -> Table:
+    """Every finished run.
+
+    Args:
+        results: of a study.
+        runs: folder of the runs' folders.
+        beside: folder of the page, to link from; None links nothing.
+    """
+    rows: list[tuple[Cell, ...]] = []
+    for run in results.runs:
+        picture = runs / run.digest / CURVE
+        name: Cell = run.digest
+        if beside is not None:
+            name = Link.to_file(run.digest, Path(os.path.relpath(picture, beside)))
+        rows.append(
+            (
+                " · ".join(run.labels),
+                str(run.seed),
+                name,
+                f"{run.best_return:.1f}",
+                f"{run.last_return:.1f}",
+                f"{run.worst_return:.0f}",
+                f"{run.landed:.0%}",
+                f"{run.hover_share:.0%}",
+                f"{run.observations:,}",
+                "never"
+                if math.isinf(run.observations_to_solved)
+                else f"{run.observations_to_solved:,.0f}",
+                f"{run.seconds:.0f}",
+            )
+        )
+    return Table(
+        f"The {len(rows)} runs of this study.",
+        (
+            "level", "seed", "run", "test return", "last weights", "worst flight", "landed",
+            "hovered in training", "observations", "to 200", "seconds",
+        ),
+        tuple(rows),
+        folded=True,
+    )  # fmt: skip
+
+
+def save_picture(
+    results: StudyResults, metric: str, lines: Mapping[str, float], stem: Path
+) -> Picture:
+    """Draw a study's levels, as its factors ask for.
+
+    Args:
+        results: of a study.
+        metric: what is shown.
+        lines: numbers to compare with, by name; only lists of levels show them.
+        stem: path without its suffix.
+    """
+    study = results.study
+    shares = metric.endswith("_share")
+    values = np.concatenate([results.values(cell.labels, metric) for cell in study.cells()])
+    if len(study.factors) == 2:
+        _draw_map(results, metric, stem)
+    elif all(level.position is not None for level in study.factors[0].levels):
+        figure = style.new_figure(7.2, 3.6)
+        ax = figures.draw_over_axis(
+            figure.subplots(),
+            _series(results, metric),
+            study.factors[0].name,
+            _position_of(study.factors[0].levels, study.base_cell().labels[0]),
+        )
+        figures.finish(ax, METRICS[metric], values, "y", shares=shares)
+        style.save(figure, stem.with_suffix(".png"), stem.with_suffix(".svg"))
+    else:
+        found = [
+            Row(cell.name, results.values(cell.labels, metric), cell == study.base_cell())
+            for cell in study.cells()
+            if results.of(cell.labels)
+        ]
+        figure = style.new_figure(7.2, 0.9 + 0.5 * len(found))
+        ax = figures.draw_rows(figure.subplots(), found, lines)
+        figures.finish(ax, METRICS[metric], values, "x", shares=shares)
+        style.save(figure, stem.with_suffix(".png"), stem.with_suffix(".svg"))
+    seeds = sorted({len(results.of(cell.labels)) for cell in study.cells()} - {0})
+    count = " to ".join(map(str, seeds[:1] + seeds[1:][-1:]))
+    return Picture(
+        stem.with_suffix(".svg"),
+        stem.with_suffix(".png"),
+        f"{study.title}: {METRICS[metric]} of each level",
+        f"{METRICS[metric].capitalize()}; mean with its 95% interval over n = {count} training "
+        "seeds, the seeds behind it.",
+    )
+
+
+def save_curves(results: StudyResults, of: str, stem: Path) -> Picture:
+    """Draw a study's levels over training.
+
+    Args:
+        results: of a study with at most as many levels as there are colours.
+        of: `validations` or `hovering`.
+        stem: path without its suffix.
+    """
+    by_level = {
+        cell.name: [getattr(run, of) for run in results.of(cell.labels)]
+        for cell in results.study.cells()
+        if results.of(cell.labels)
+    }
+    figure = style.new_figure(7.2, 3.8)
+    ax = figure.subplots()
+    if of == "hovering":
+        rungs.draw_shares(ax, by_level, "episodes of 1000 steps in training")
+        caption = "Share of the training episodes that ran all their 1000 steps"
+    else:
+        rungs.draw_rungs(ax, by_level)
+        caption = "Validation return, greedy, over training"
+    style.save(figure, stem.with_suffix(".png"), stem.with_suffix(".svg"))
+    return Picture(
+        stem.with_suffix(".svg"),
+        stem.with_suffix(".png"),
+        f"{results.study.title}: {caption.lower()}, a line a level",
+        f"{caption}; mean over training seeds, shaded by its 95% interval.",
+    )
+
+
+def _series(results: StudyResults, metric: str) -> dict[str, list[Point]]:
+    lines: dict[str, list[Point]] = {}
+    for level in results.study.factors[0].levels:
+        values = results.values((level.label,), metric)
+        if len(values) and level.position is not None:
+            lines.setdefault(level.series, []).append(Point(level.position, values))
+    return lines
+
+
+def _position_of(levels: Sequence[Level], label: str) -> float | None:
+    return next(level.position for level in levels if level.label == label)
+
+
+def _draw_map(results: StudyResults, metric: str, stem: Path) -> None:
+    up, across = results.study.factors
+    shape = len(up.levels), len(across.levels)
+    groups: list[FloatArray] = [
+        results.values(cell.labels, metric) for cell in results.study.cells()
+    ]
+    means = np.array([g.mean() if len(g) else np.nan for g in groups]).reshape(shape)
+    counts = np.array([len(g) for g in groups], float).reshape(shape)
+    figure = style.new_figure(5.4, 3.8)
+    figures.draw_map(
+        figure.subplots(),
+        (across.name, results.study.labels(1)),
+        (up.name, results.study.labels(0)),
+        means,
+        counts,
+    )
+    style.save(figure, stem.with_suffix(".png"), stem.with_suffix(".svg"))

@@ -1,0 +1,334 @@
+"""Claims and what decides them: each is a test on numbers of seeds, and no verdict is by hand."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+
+from touchdown.stats import compare
+from touchdown.types import FloatArray
+
+ALPHA = 0.05
+_FEWEST = 2  # seeds of each cell that a test looks at
+
+Labels = tuple[str, ...]
+Values = Callable[[Labels, str], FloatArray]
+"""Numbers of a cell's seeds, [n], by its labels and the metric's name."""
+Verdict = Literal["holds", "does not hold", "undecided"]
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What a test found."""
+
+    p_for: float
+    """How often numbers as much in favour would come by chance, were the claim just not true."""
+    p_against: float
+    """How often numbers as much against it would come by chance, were the claim just true."""
+    evidence: str
+    seeds_needed: int | None
+    """Seeds of each cell with which it would likely be decided; None where no number that can be
+    run would do."""
+
+
+class Test(Protocol):
+    """Decides a claim."""
+
+    def find(self, values: Values) -> Finding | None:
+        """What the numbers say; None while there are too few."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """A sentence of the paper, in our words, and the test that decides it."""
+
+    sentence: str
+    section: str
+    test: Test
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """A claim with its verdict."""
+
+    claim: Claim
+    verdict: Verdict
+    evidence: str
+    p_value: float
+    """Two-sided, corrected for the other claims of the study; 1 while there are too few runs."""
+
+
+def decide(claims: Sequence[Claim], values: Values) -> list[Decision]:
+    """A verdict on each claim, together in error at most one time in twenty (Holm, 1979).
+
+    Args:
+        claims: of one study.
+        values: the study's numbers.
+    """
+    findings = [claim.test.find(values) for claim in claims]
+    raw = [1.0 if f is None else min(1.0, 2 * min(f.p_for, f.p_against)) for f in findings]
+    return [
+        _decision(claim, finding, p)
+        for claim, finding, p in zip(claims, findings, compare.holm(raw), strict=True)
+    ]
+
+
+def _decision(claim: Claim, finding: Finding | None, p: float) -> Decision:
+    if finding is None:
+        return Decision(claim, "undecided", "too few finished runs", 1.0)
+    text = f"{finding.evidence}; p = {_in_words(p)}"
+    if p < ALPHA:
+        return Decision(
+            claim, "holds" if finding.p_for < finding.p_against else "does not hold", text, p
+        )
+    more = finding.seeds_needed
+    needed = (
+        "no number of seeds that can be run would decide it"
+        if more is None
+        else f"about {more} seeds of each would decide it"
+    )
+    return Decision(claim, "undecided", f"{text}; {needed}", p)
+
+
+def _in_words(p: float) -> str:
+    return "< 0.001" if p < 0.001 else f"{p:.2g}" if p < 0.1 else f"{p:.2f}"
+
+
+@dataclass(frozen=True, slots=True)
+class Greater:
+    """The mean of one cell is above that of another: Welch's t."""
+
+    above: Labels
+    below: Labels
+    metric: str = "best_return"
+
+    def find(self, values: Values) -> Finding | None:
+        """See `Test`."""
+        base, other = values(self.below, self.metric), values(self.above, self.metric)
+        if min(len(base), len(other)) < _FEWEST:
+            return None
+        found = compare.compare(base, other)
+        half = found.p_value / 2
+        rises = found.difference.value > 0
+        difference, improvement = found.difference, found.probability_of_improvement
+        evidence = (
+            f"{_name(self.above)} {_mean(other, self.metric)}, "
+            f"{_name(self.below)} {_mean(base, self.metric)}: "
+            f"difference {_number(difference.value, self.metric)} "
+            f"[{_number(difference.low, self.metric)}, {_number(difference.high, self.metric)}], "
+            f"better in {improvement.value:.0%} of pairs"
+        )
+        return Finding(
+            half if rises else 1 - half,
+            1 - half if rises else half,
+            evidence,
+            found.seeds_needed,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Trend:
+    """The numbers rise, or fall, from level to level: Kendall's τ."""
+
+    levels: tuple[Labels, ...]
+    direction: Literal["rise", "fall"] = "rise"
+    metric: str = "best_return"
+
+    def find(self, values: Values) -> Finding | None:
+        """See `Test`."""
+        groups = [values(level, self.metric) for level in self.levels]
+        if min(map(len, groups)) < _FEWEST:
+            return None
+        found = compare.trend(groups)
+        as_said = (found.tau > 0) == (self.direction == "rise")
+        half = found.p_value / 2
+        means = ", ".join(
+            f"{_name(level)}: {_mean(group, self.metric)}"
+            for level, group in zip(self.levels, groups, strict=True)
+        )
+        return Finding(
+            half if as_said else 1 - half,
+            1 - half if as_said else half,
+            f"{means}; τ = {found.tau:.2f}",
+            found.seeds_needed,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class SweetSpot:
+    """A level inside is better than both ends: the two one-sided t tests must both say so."""
+
+    inside: Labels
+    first: Labels
+    last: Labels
+    metric: str = "best_return"
+
+    def find(self, values: Values) -> Finding | None:
+        """See `Test`."""
+        sides = [
+            Greater(self.inside, end, self.metric).find(values) for end in (self.first, self.last)
+        ]
+        known = [side for side in sides if side is not None]
+        if len(known) < len(sides):
+            return None
+        means = ", ".join(
+            f"{_name(level)}: {_mean(values(level, self.metric), self.metric)}"
+            for level in (self.first, self.inside, self.last)
+        )
+        needed = [side.seeds_needed for side in known]
+        return Finding(
+            max(side.p_for for side in known),
+            # it fails where either end is better: twice the chance of that by luck
+            min(1.0, 2 * min(side.p_against for side in known)),
+            means,
+            None if None in needed else max(n for n in needed if n is not None),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Best:
+    """One of some levels has the greatest mean of all: how often, resampling the seeds."""
+
+    among: tuple[Labels, ...]
+    levels: tuple[Labels, ...]
+    metric: str = "best_return"
+
+    def find(self, values: Values) -> Finding | None:
+        """See `Test`."""
+        groups = [values(level, self.metric) for level in self.levels]
+        if min(map(len, groups)) < _FEWEST:
+            return None
+        chances = compare.best_of(groups)
+        wanted = math.fsum(
+            chance
+            for level, chance in zip(self.levels, chances, strict=True)
+            if level in self.among
+        )
+        ranked = sorted(zip(chances, self.levels, groups, strict=True), key=lambda e: -e[0])
+        best = ", ".join(
+            f"{_name(level)} {_mean(group, self.metric)} (best in {chance:.0%} of resamples)"
+            for chance, level, group in ranked[:3]
+        )
+        return Finding(1 - wanted, wanted, best, self._needed(values))
+
+    def _needed(self, values: Values) -> int | None:
+        """Seeds to tell the best from the best of the others."""
+        means = {level: float(np.mean(values(level, self.metric))) for level in self.levels}
+        ours = max(self.among, key=lambda level: means[level])
+        rest = [level for level in self.levels if level not in self.among]
+        theirs = max(rest, key=lambda level: means[level])
+        return compare.compare(values(theirs, self.metric), values(ours, self.metric)).seeds_needed
+
+
+@dataclass(frozen=True, slots=True)
+class Beyond:
+    """The mean of a cell is above, or below, a number: Student's t."""
+
+    cell: Labels
+    number: float
+    side: Literal["above", "below"] = "above"
+    metric: str = "best_return"
+
+    def find(self, values: Values) -> Finding | None:
+        """See `Test`."""
+        seen = values(self.cell, self.metric)
+        if len(seen) < _FEWEST:
+            return None
+        found = compare.margin(seen, self.number)
+        above, below = found.p_above, found.p_below
+        mean = found.mean
+        evidence = (
+            f"{_name(self.cell)} {_number(mean.value, self.metric)} "
+            f"[{_number(mean.low, self.metric)}, {_number(mean.high, self.metric)}], "
+            f"{len(seen)} seeds, against {_number(self.number, self.metric)}"
+        )
+        if self.side == "above":
+            return Finding(above, below, evidence, found.seeds_needed)
+        return Finding(below, above, evidence, found.seeds_needed)
+
+
+@dataclass(frozen=True, slots=True)
+class Near:
+    """The mean of a cell is within so much of a number: two one-sided tests (Schuirmann, 1987)."""
+
+    cell: Labels
+    number: float
+    within: float
+    metric: str = "best_return"
+
+    def find(self, values: Values) -> Finding | None:
+        """See `Test`."""
+        seen = values(self.cell, self.metric)
+        if len(seen) < _FEWEST:
+            return None
+        low = compare.margin(seen, self.number - self.within)
+        high = compare.margin(seen, self.number + self.within)
+        mean = low.mean
+        evidence = (
+            f"{_name(self.cell)} {_number(mean.value, self.metric)} "
+            f"[{_number(mean.low, self.metric)}, {_number(mean.high, self.metric)}], "
+            f"{len(seen)} seeds, against {self.number:g} ± {self.within:g}"
+        )
+        needed = [low.seeds_needed, high.seeds_needed]
+        return Finding(
+            max(low.p_above, high.p_below),
+            min(1.0, 2 * min(low.p_below, high.p_above)),
+            evidence,
+            None if None in needed else max(n for n in needed if n is not None),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Alike:
+    """Two cells' means are near each other: two one-sided Welch tests (Schuirmann, 1987)."""
+
+    one: Labels
+    other: Labels
+    within: float
+    metric: str = "best_return"
+
+    def find(self, values: Values) -> Finding | None:
+        """See `Test`."""
+        one, other = values(self.one, self.metric), values(self.other, self.metric)
+        if min(len(one), len(other)) < _FEWEST:
+            return None
+        # not so much below, and not so much above
+        above, below = (
+            compare.compare(one + shift, other) for shift in (-self.within, self.within)
+        )
+        p_above, p_below = (
+            found.p_value / 2 if (found.difference.value > 0) == rises else 1 - found.p_value / 2
+            for found, rises in ((above, True), (below, False))
+        )
+        found = compare.compare(one, other).difference
+        evidence = (
+            f"{_name(self.other)} {_mean(other, self.metric)}, "
+            f"{_name(self.one)} {_mean(one, self.metric)}: "
+            f"difference {_number(found.value, self.metric)} "
+            f"[{_number(found.low, self.metric)}, {_number(found.high, self.metric)}], "
+            f"against ± {self.within:g}"
+        )
+        needed = [above.seeds_needed, below.seeds_needed]
+        return Finding(
+            max(p_above, p_below),
+            min(1.0, 2 * min(1 - p_above, 1 - p_below)),
+            evidence,
+            None if None in needed else max(n for n in needed if n is not None),
+        )
+
+
+def _name(labels: Labels) -> str:
+    return " · ".join(labels)
+
+
+def _number(value: float, metric: str) -> str:
+    if metric.endswith("_share"):
+        return f"{value:.1%}"
+    return f"{value:.3f}" if metric in ("distance", "ratio") else f"{value:.0f}"
+
+
+def _mean(values: FloatArray, metric: str) -> str:
+    return _number(float(np.mean(values)), metric)

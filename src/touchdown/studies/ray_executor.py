@@ -1,0 +1,300 @@
+"""The jobs of a study on a Ray cluster; records come back through Ray, so no disk is shared.
+
+A node works in a folder of its own. Whenever a checkpoint is written there, the run's whole folder
+is sent to the machine that asked, and where a node is lost its jobs go on elsewhere from what was
+sent last.
+"""
+
+import io
+import logging
+import os
+import tarfile
+import tempfile
+import threading
+import time
+import warnings
+from collections import deque
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, cast
+
+import ray
+from ray.exceptions import RayError
+from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
+
+from touchdown import files
+from touchdown.errors import Interrupted, UserError, one_line
+from touchdown.studies.executors import Attempts, Event
+from touchdown.studies.job import Job
+from touchdown.studies.worker import Said, attempt
+
+_BETWEEN_LOOKS = 0.5  # seconds
+_BETWEEN_SENDS = 5.0  # seconds between two folders sent of one job
+_PATIENCE = 60.0  # seconds for what is under way to be saved
+_REACHED_WITHIN = 30.0  # seconds
+
+
+class RayExecutor:
+    """Jobs on a Ray cluster, one CPU each.
+
+    Args:
+        address: `ray` for the cluster that this machine belongs to, or `ray://host:port`.
+        workers: jobs at a time; as many as the cluster has CPUs if None.
+
+    Raises:
+        UserError: the cluster cannot be reached.
+    """
+
+    def __init__(self, address: str = "ray", workers: int | None = None) -> None:
+        if workers is not None and workers < 1:
+            raise UserError(f"workers = {workers}: must be at least 1")
+        if not ray.is_initialized():
+            _connect("auto" if address == "ray" else address)
+        self._workers = workers
+
+    @property
+    def workers(self) -> int:
+        """Jobs at a time: nodes may come and go."""
+        if self._workers is not None:
+            return self._workers
+        return max(1, int(ray.cluster_resources().get("CPU", 1)))
+
+    def run(
+        self,
+        jobs: Sequence[Job],
+        store: Path,
+        on_event: Callable[[Event], object],
+        should_stop: Callable[[], bool],
+    ) -> None:
+        """Do all jobs that can be done; see `Executor`."""
+        _RayRun(jobs, store, on_event, lambda: self.workers).finish(should_stop)
+
+
+def _connect(address: str) -> None:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the line below says it all
+            ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR)
+    except (ConnectionError, RuntimeError, ValueError, OSError, RayError) as error:
+        raise UserError(
+            f"on = {address!r}: no cluster can be reached: {one_line(error)[:200]}"
+        ) from None
+
+
+class _Mailbox:
+    """What nodes send: an actor on the machine that asked, so that it outlives the others."""
+
+    def __init__(self) -> None:
+        self._said: list[tuple[str, int, Said]] = []
+        self._folders: dict[str, tuple[int, bytes]] = {}
+        self._stop = False
+
+    def tell(self, digest: str, number: int, said: Said) -> bool:
+        """How a job is; gives whether it is to stop."""
+        self._said.append((digest, number, said))
+        return self._stop
+
+    def send(self, digest: str, number: int, folder: bytes) -> bool:
+        """A job's folder; a later attempt's goes before an earlier one's."""
+        if number >= self._folders.get(digest, (0, b""))[0]:
+            self._folders[digest] = (number, folder)
+        return self._stop
+
+    def stop(self) -> None:
+        """Whoever asks next is to stop."""
+        self._stop = True
+
+    def collect(self) -> tuple[list[tuple[str, int, Said]], dict[str, bytes]]:
+        """What came since it was last asked."""
+        said, self._said = self._said, []
+        folders, self._folders = self._folders, {}
+        return said, {digest: folder for digest, (_, folder) in folders.items()}
+
+
+def _work(job: Job, number: int, folder: bytes | None, mailbox: Any) -> tuple[Said, bytes]:
+    """Do a job on a node; gives what became of it, and its folder."""
+    os.environ["OMP_NUM_THREADS"] = "1"
+    stop = threading.Event()
+    over = threading.Event()
+    with tempfile.TemporaryDirectory(prefix="touchdown-") as name:
+        store = Path(name) / "runs"
+        store.mkdir()
+        if folder is not None:
+            _unpack(folder, store / job.digest)
+
+        def send() -> None:
+            newest = None
+            while not over.wait(_BETWEEN_SENDS):
+                seen = _newest(store / job.digest)
+                if seen is None or seen == newest:
+                    continue
+                packed = _pack(store / job.digest)
+                # a checkpoint that was replaced meanwhile is taken the next time
+                if packed is not None and _newest(store / job.digest) == seen:
+                    newest = seen
+                    if ray.get(mailbox.send.remote(job.digest, number, packed)):
+                        stop.set()
+
+        def tell(said: Said) -> None:
+            if ray.get(mailbox.tell.remote(job.digest, number, said)):
+                stop.set()
+
+        sender = threading.Thread(target=send, daemon=True)
+        sender.start()
+        said = attempt(job, store, stop.is_set, tell)
+        over.set()
+        sender.join()
+        return said, _pack(store / job.digest) or b""
+
+
+class _RayRun:
+    def __init__(
+        self,
+        jobs: Sequence[Job],
+        store: Path,
+        on_event: Callable[[Event], object],
+        workers: Callable[[], int],
+    ) -> None:
+        self._waiting = deque(jobs)
+        self._store = store
+        self._on_event = on_event
+        self._workers = workers
+        self._attempts = Attempts()
+        self._running: dict[Any, Job] = {}
+        self._numbers: dict[str, int] = {}
+        self._refused: str | None = None
+        here = ray.get_runtime_context().get_node_id()
+        strategy = NodeAffinitySchedulingStrategy(here, soft=True)
+        self._mailbox: Any = (
+            ray.remote(_Mailbox).options(num_cpus=0, scheduling_strategy=strategy).remote()
+        )
+        # whether a job is run again is decided here, where what it had saved is known
+        self._work: Any = ray.remote(_work).options(num_cpus=1, max_retries=0)
+
+    def finish(self, should_stop: Callable[[], bool]) -> None:
+        try:
+            while self._waiting or self._running:
+                if should_stop():
+                    self._stop()
+                    raise Interrupted
+                self._begin()
+                self._look(_BETWEEN_LOOKS)
+                if self._refused is not None:
+                    self._stop()
+                    raise UserError(self._refused)
+        finally:
+            for task in self._running:
+                ray.cancel(task, force=True)
+            ray.kill(self._mailbox)
+
+    def _begin(self) -> None:
+        while self._waiting and len(self._running) < self._workers():
+            job = self._waiting.popleft()
+            self._attempts.begin(job)
+            number = self._numbers[job.digest] = self._numbers.get(job.digest, 0) + 1
+            folder = _pack(self._store / job.digest)
+            self._running[self._work.remote(job, number, folder, self._mailbox)] = job
+            self._on_event(Event(job.digest, "started"))
+
+    def _look(self, seconds: float) -> None:
+        ready = cast(Any, ray).wait(list(self._running), timeout=seconds, num_returns=1)[0]
+        self._collect()
+        for task in ready:
+            job = self._running.pop(task)
+            try:
+                said, folder = cast(tuple[Said, bytes], ray.get(task))
+            except RayError as error:
+                self._again(job, f"its node was lost ({type(error).__name__})")
+            else:
+                self._end(job, said, folder)
+
+    def _collect(self) -> None:
+        """Take over what nodes have sent."""
+        said, folders = ray.get(self._mailbox.collect.remote())
+        for digest, folder in folders.items():
+            self._unpack(folder, digest)
+        for digest, number, each in said:
+            # what a lost node had sent before may come after its job was begun elsewhere
+            if number == self._numbers.get(digest) and each.kind == "advanced":
+                self._on_event(Event(digest, "advanced", each.progress))
+
+    def _end(self, job: Job, said: Said, folder: bytes) -> None:
+        if folder:
+            self._unpack(folder, job.digest)
+        if said.kind == "done":
+            self._on_event(Event(job.digest, "done", said.progress))
+        elif said.kind == "refused":
+            self._on_event(Event(job.digest, "failed", text=said.text))
+        elif said.kind in ("raised", "unwritable"):
+            self._again(job, said.text)
+
+    def _again(self, job: Job, why: str) -> None:
+        if self._attempts.may_again(job):
+            self._waiting.appendleft(job)
+        self._on_event(self._attempts.after_death(job, why))
+
+    def _unpack(self, folder: bytes, digest: str) -> None:
+        try:
+            _unpack(folder, self._store / digest)
+        except OSError as error:
+            self._refused = f"{self._store / digest}: cannot be written: {one_line(error)}"
+
+    def _stop(self) -> None:
+        """Have all that is under way saved, and brought here."""
+        self._waiting.clear()
+        ray.get(self._mailbox.stop.remote())
+        until = time.monotonic() + _PATIENCE
+        while self._running and time.monotonic() < until:
+            self._look(_BETWEEN_LOOKS)
+            self._waiting.clear()
+
+
+def _newest(folder: Path) -> str | None:
+    """The name of a run's newest checkpoint."""
+    checkpoints = folder / "checkpoints"
+    if not checkpoints.is_dir():
+        return None
+    found = [path.name for path in checkpoints.iterdir() if path.name.isdecimal()]
+    return max(found, key=int, default=None)
+
+
+def _pack(folder: Path) -> bytes | None:
+    """A folder's files as a tar; None where there is none, or where a file has just gone."""
+    if not folder.is_dir():
+        return None
+    buffer = io.BytesIO()
+    try:
+        with tarfile.open(fileobj=buffer, mode="w") as archive:
+            for path in sorted(folder.rglob("*")):
+                inner = path.relative_to(folder)
+                hidden = any(part.startswith(".") for part in inner.parts)
+                if path.is_file() and not hidden and path.name != "lock":
+                    archive.add(path, inner.as_posix(), recursive=False)
+    except FileNotFoundError:
+        return None
+    return buffer.getvalue()
+
+
+def _unpack(packed: bytes, folder: Path) -> None:
+    """Put a packed folder in the place of what is there, in one rename.
+
+    Raises:
+        OSError: it cannot be written; what was there stays.
+    """
+    old = folder.with_name(f".{folder.name}.{os.getpid()}.old.tmp")
+
+    def fill(temporary: Path) -> None:
+        with tarfile.open(fileobj=io.BytesIO(packed), mode="r") as archive:
+            archive.extractall(temporary, filter="data")
+
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    if folder.exists():
+        folder.replace(old)
+    try:
+        files.write_folder_atomic(folder, fill)
+    except OSError:
+        if old.exists():
+            old.replace(folder)
+        raise
+    finally:
+        files.remove_folder(old)

@@ -1,0 +1,222 @@
+"""What the runs of a study came to, read from their folders, never from a live agent."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from touchdown import files
+from touchdown.runs.evaluation import Evaluation, read_evaluations, threshold_of
+from touchdown.runs.folder import RunFolder
+from touchdown.runs.run import Run
+from touchdown.stats import curves
+from touchdown.studies.plan import Study
+from touchdown.studies.store import Store
+from touchdown.studies.work import LAST, PidJob
+from touchdown.types import FloatArray
+
+METRICS = {
+    "best_return": "test return of the chosen checkpoint",
+    "last_return": "test return of the last weights",
+    "early_return": "mean validation return over the first third of training",
+    "area": "mean validation return over training",
+    "hover_share": "share of training episodes that ran 1000 steps",
+    "worst_return": "least of the test returns",
+}
+"""What claims and comparisons may be about, a number a run, return points or shares."""
+_BINS = 24  # of training, for the share of episodes that run to the limit
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """One finished run in numbers."""
+
+    digest: str
+    labels: tuple[str, ...]
+    seed: int
+    best_return: float
+    last_return: float
+    early_return: float
+    area: float
+    hover_share: float
+    worst_return: float
+    share_solved: float
+    landed: float
+    observations: int
+    seconds: float
+    observations_to_solved: float
+    """At which observation a validation first reached the world's threshold; ∞ if none did."""
+    seconds_to_solved: float
+    validations: tuple[tuple[float, ...], tuple[float, ...]]
+    """Observations, and mean returns."""
+    hovering: tuple[tuple[float, ...], tuple[float, ...]]
+    """Observations, and the share of the training episodes until then, from the one before, that
+    ran to the time limit; bins without an episode's end are left out."""
+
+
+@dataclass(frozen=True, slots=True)
+class StudyResults:
+    """A study's finished runs, and those that are missing."""
+
+    study: Study
+    seeds: int
+    runs: tuple[RunResult, ...]
+    missing: int
+    failed: dict[str, str]
+    """Why, by digest."""
+
+    @property
+    def planned(self) -> int:
+        """Runs of the study."""
+        return len(self.study.cells()) * self.seeds
+
+    def values(self, labels: tuple[str, ...], metric: str = "best_return") -> FloatArray:
+        """One number a finished seed of a cell, [n], in the order of the seeds.
+
+        Args:
+            labels: of the cell.
+            metric: one of `METRICS`.
+        """
+        return np.array([getattr(run, metric) for run in self.of(labels)], float)
+
+    def of(self, labels: tuple[str, ...]) -> list[RunResult]:
+        """The finished runs of a cell."""
+        return [run for run in self.runs if run.labels == labels]
+
+    def table(self) -> pl.DataFrame:
+        """A row a finished run: its cell, seed and numbers; null where it never got there."""
+        rows: list[dict[str, Any]] = []
+        for run in self.runs:
+            row: dict[str, Any] = {"study": self.study.name}
+            row |= {
+                factor.name: label
+                for factor, label in zip(self.study.factors, run.labels, strict=True)
+            }
+            row |= {"seed": run.seed, "run": run.digest}
+            row |= {name: getattr(run, name) for name in METRICS}
+            row |= {
+                "share_solved": run.share_solved,
+                "landed": run.landed,
+                "observations": run.observations,
+                "seconds": run.seconds,
+                "observations_to_solved": _finite(run.observations_to_solved),
+                "seconds_to_solved": _finite(run.seconds_to_solved),
+            }
+            rows.append(row)
+        return pl.DataFrame(rows, infer_schema_length=None)
+
+
+def read_study(study: Study, seeds: int, store: Store) -> StudyResults:
+    """All that is known of a study.
+
+    Raises:
+        UserError: a finished run's files are broken.
+    """
+    failures = store.failed()
+    runs: list[RunResult] = []
+    failed: dict[str, str] = {}
+    missing = 0
+    for planned in study.runs(seeds):
+        path = store.runs / planned.digest
+        if Run(RunFolder(path)).status == "finished":
+            runs.append(read_run(path, planned.cell.labels, planned.seed))
+        elif planned.digest in failures:
+            failed[planned.digest] = failures[planned.digest]
+        else:
+            missing += 1
+    return StudyResults(study, seeds, tuple(runs), missing, failed)
+
+
+def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
+    """A finished run in numbers.
+
+    Args:
+        path: the run's folder.
+        labels: of its cell.
+        seed: its training seed.
+
+    Raises:
+        UserError: its files are broken.
+    """
+    folder = RunFolder(path)
+    chosen = read_evaluations(folder.evaluation)[0]
+    last = read_evaluations(path / LAST)[0] if (path / LAST).is_file() else chosen
+    episodes = files.read_jsonl(folder.episodes, ("observations", "seconds", "outcome"))
+    looks = files.read_jsonl(folder.validations, ("observations", "mean_return"))
+    at = [float(row["observations"]) for row in looks]
+    means = [float(row["mean_return"]) for row in looks]
+    ends = np.array([row["observations"] for row in episodes], float)
+    threshold = threshold_of(chosen.env_id)
+    solved = math.inf if threshold is None else curves.first_reaching(at, means, threshold)
+    until = float(ends[-1])
+    seconds = [float(row["seconds"]) for row in episodes]
+    return RunResult(
+        digest=path.name,
+        labels=labels,
+        seed=seed,
+        best_return=chosen.summary.mean,
+        last_return=last.summary.mean,
+        early_return=curves.area_under(at, means, until / 3),
+        area=curves.area_under(at, means, until),
+        hover_share=float(np.mean([row["outcome"] == "timed out" for row in episodes])),
+        worst_return=min(episode.episode_return for episode in chosen.episodes),
+        share_solved=chosen.summary.share_solved or 0.0,
+        landed=chosen.summary.outcomes.get("landed", 0.0),
+        observations=int(until),
+        seconds=seconds[-1],
+        observations_to_solved=solved,
+        seconds_to_solved=solved if math.isinf(solved) else float(np.interp(solved, ends, seconds)),
+        validations=(tuple(at), tuple(means)),
+        hovering=_hovering(ends, [row["outcome"] == "timed out" for row in episodes]),
+    )
+
+
+def _hovering(
+    ends: FloatArray, timed_out: Sequence[bool]
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    edges: FloatArray = np.linspace(0.0, float(ends[-1]), _BINS + 1)
+    place = np.clip(np.searchsorted(edges, ends, side="left") - 1, 0, _BINS - 1)
+    counts = np.bincount(place, minlength=_BINS)
+    over = np.bincount(place, weights=np.asarray(timed_out, float), minlength=_BINS)
+    seen = counts > 0
+    return tuple(edges[1:][seen].tolist()), tuple((over[seen] / counts[seen]).tolist())
+
+
+@dataclass(frozen=True, slots=True)
+class PidResult:
+    """One tuning of the PID, and its test flights."""
+
+    tuner: str
+    seed: int
+    trained_return: float
+    """The best mean over the training starts of the trials."""
+    history: tuple[float, ...]
+    test: Evaluation
+
+
+def read_pid(jobs: Sequence[PidJob], store: Store) -> list[PidResult]:
+    """Those tunings that are done.
+
+    Raises:
+        UserError: their files are broken.
+    """
+    found: list[PidResult] = []
+    for job in jobs:
+        folder = store.runs / job.digest
+        if not job.is_done(store.runs):
+            continue
+        told = files.read_json(folder / "tuning.json")
+        test = read_evaluations(folder / "evaluation.json")[0]
+        tuning = job.tuning
+        found.append(
+            PidResult(tuning.tuner, tuning.seed, told["best_return"], tuple(told["history"]), test)
+        )
+    return found
+
+
+def _finite(value: float) -> float | None:
+    return None if math.isinf(value) else value

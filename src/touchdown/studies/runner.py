@@ -1,0 +1,87 @@
+"""Running what is missing of some studies, and telling how it goes."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from touchdown.studies import store as stores
+from touchdown.studies.executors import Event, Executor
+from touchdown.studies.job import Job, Progress
+from touchdown.studies.plan import Study
+from touchdown.studies.store import Store
+from touchdown.studies.work import TrainJob
+
+
+@dataclass(slots=True)
+class State:
+    """How far the jobs of a study run are."""
+
+    total: int
+    done: int
+    """Those that were done before count too."""
+    running: dict[str, Progress] = field(default_factory=dict[str, Progress])
+    failed: dict[str, str] = field(default_factory=dict[str, str])
+    died: int = 0
+
+    @property
+    def share(self) -> float:
+        """Of all jobs, those under way in parts."""
+        if not self.total:
+            return 1.0
+        under_way = sum(progress.share for progress in self.running.values())
+        return (self.done + len(self.failed) + under_way) / self.total
+
+
+def jobs_of(studies: Sequence[tuple[Study, int]]) -> list[Job]:
+    """The training runs of some studies with so many seeds each, seed by seed, each once."""
+    planned = [run for study, seeds in studies for run in study.runs(seeds)]
+    planned.sort(key=lambda run: run.seed)  # stable: studies stay in their order
+    return list({run.digest: TrainJob(run.config) for run in planned}.values())
+
+
+def run_jobs(
+    jobs: Sequence[Job],
+    store: Store,
+    executor: Executor,
+    *,
+    on_state: Callable[[State, Event], object] = lambda _state, _event: None,
+    should_stop: Callable[[], bool] = lambda: False,
+) -> State:
+    """Do what is missing.
+
+    Args:
+        jobs: all, done or not.
+        store: where their results are kept.
+        executor: does them.
+        on_state: told after each event.
+        should_stop: asked now and then; True has what is under way saved.
+
+    Returns:
+        The state at the end; it names the jobs that failed.
+
+    Raises:
+        Interrupted: `should_stop` said so.
+        UserError: another process is running jobs there, or nothing can be written.
+    """
+    with stores.held(store):
+        missing = store.missing(jobs)
+        total = len({job.digest for job in jobs})
+        state = State(total, total - len(missing))
+
+        def hear(event: Event) -> None:
+            if event.kind == "started":
+                store.forget_failure(event.digest)
+                state.running[event.digest] = Progress(0.0)
+            elif event.kind == "advanced":
+                state.running[event.digest] = event.progress
+            else:
+                state.running.pop(event.digest, None)
+                state.done += event.kind == "done"
+                state.died += event.kind == "died"
+                if event.kind == "failed":
+                    state.failed[event.digest] = event.text
+                    store.note_failure(event.digest, event.text)
+            on_state(state, event)
+
+        if missing:
+            executor.run(missing, store.runs, hear, should_stop)
+        return state

@@ -1,0 +1,276 @@
+"""Searching an agent's settings with Optuna: several seeds a trial, pruned by the median."""
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import optuna
+
+from touchdown import config as configs
+from touchdown.config import Config
+from touchdown.errors import UserError, one_line
+from touchdown.runs import pilots
+from touchdown.runs.folder import RunFolder
+from touchdown.studies import runner
+from touchdown.studies.executors import Executor
+from touchdown.studies.plan import MOST_SEEDS, nested
+from touchdown.studies.store import Store
+from touchdown.studies.work import TrainJob
+
+FIRST_SEED = MOST_SEEDS
+"""Training seeds of trials begin where those that studies report end."""
+_STARTUP = 5  # trials before the median prunes
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """Numbers between two."""
+
+    low: float
+    high: float
+    log: bool = False
+    whole: bool = False
+    from_one: bool = False
+    """They are how far below 1 the setting is: 0.99 and 0.999 lie as far apart as 0.9 and 0.99."""
+
+    def suggest(self, trial: optuna.trial.BaseTrial, name: str) -> float | int:
+        """What a trial is to try."""
+        if self.whole:
+            return trial.suggest_int(name, int(self.low), int(self.high), log=self.log)
+        drawn = trial.suggest_float(name, self.low, self.high, log=self.log)
+        return 1 - drawn if self.from_one else drawn
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """One of some values."""
+
+    values: tuple[float | int, ...]
+
+    def suggest(self, trial: optuna.trial.BaseTrial, name: str) -> float | int:
+        """What a trial is to try."""
+        return trial.suggest_categorical(name, self.values)
+
+
+@dataclass(frozen=True, slots=True)
+class Searched:
+    """What a search has found so far."""
+
+    best: Config
+    """The winner, with the preset's seed and test."""
+    value: float
+    """Mean final validation return over the trial's seeds."""
+    changed: Mapping[str, Any]
+    """The winner's settings that were searched, by dotted name."""
+    trials: int
+    """Complete and pruned."""
+    pruned: int
+    importance: Mapping[str, float]
+    """Of each setting, summing to 1; empty while there are too few trials."""
+
+
+def space_of(config: Config) -> dict[str, Range | Choice]:
+    """What is searched, by dotted name: the settings that an algorithm is known to hang on.
+
+    Raises:
+        UserError: the algorithm is none that is searched.
+    """
+    found: dict[str, Range | Choice] = {
+        "learning.learning_rate": Range(1e-4, 2e-3, log=True),
+        "learning.gamma": Range(1e-3, 0.1, log=True, from_one=True),
+        "learning.reward_scale": Choice((0.01, 0.03, 0.1, 0.3)),
+    }
+    if config.exploration.schedule != "constant":
+        found["exploration.epsilon_end"] = Range(0.003, 0.1, log=True)
+    if config.exploration.schedule == "exponential":
+        found["exploration.epsilon_decay"] = Range(3e-3, 0.1, log=True, from_one=True)
+    if config.algorithm == "pqn":
+        return found | {
+            "rollout.trace_decay": Range(0.5, 0.98),
+            "rollout.epochs": Range(1, 6, whole=True),
+            "rollout.minibatches": Choice((4, 8, 16, 32)),
+        }
+    if config.algorithm != "dqn":
+        raise UserError(f"algorithm = {config.algorithm!r}: must be dqn or pqn to be searched")
+    found["learning.batch_size"] = Choice((32, 64, 128))
+    if config.learning.target_period:
+        found["learning.target_period"] = Range(50, 5_000, log=True, whole=True)
+    if config.replay.resaves:
+        found["replay.resaves"] = Range(1, 20, whole=True)
+    return found
+
+
+def open_study(url: str, name: str, seed: int) -> optuna.Study:
+    """A search in a storage, as it was left, or new.
+
+    Args:
+        url: Optuna's storage.
+        name: of the search in it.
+        seed: of the sampler.
+
+    Raises:
+        UserError: the storage cannot be reached, or holds something else.
+    """
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    try:
+        return optuna.create_study(
+            study_name=name,
+            storage=url,
+            load_if_exists=True,
+            direction="maximize",
+            sampler=optuna.samplers.TPESampler(seed=seed),
+            pruner=optuna.pruners.MedianPruner(n_startup_trials=_STARTUP, n_warmup_steps=0),
+        )
+    except Exception as error:  # noqa: BLE001 - each database has errors of its own
+        raise UserError(f"storage = {url!r}: cannot be opened: {one_line(error)[:200]}") from None
+
+
+def search(
+    study: optuna.Study,
+    base: Config,
+    store: Store,
+    executor: Executor,
+    *,
+    trials: int,
+    seeds: int,
+    alone: bool = True,
+    on_trial: Callable[[int, float | None], object] = lambda _count, _best: None,
+    should_stop: Callable[[], bool] = lambda: False,
+) -> Searched:
+    """Make trials until there are enough, those that were made before too.
+
+    Args:
+        study: of Optuna.
+        base: settings that the search changes some of.
+        store: where the trials' runs are kept.
+        executor: runs a trial's seeds side by side.
+        trials: in all.
+        seeds: training seeds a trial.
+        alone: whether no other machine makes trials of this search.
+        on_trial: told after each how many there are and the best value.
+        should_stop: asked now and then.
+
+    Raises:
+        Interrupted: `should_stop` said so.
+        UserError: nothing can be written, or no trial came to its end.
+    """
+    space = space_of(base)
+    if alone:
+        _take_up_again(study)
+    while len(_over(study)) < trials:
+        trial = study.ask()
+        changed = {name: of.suggest(trial, name) for name, of in space.items()}
+        value = _value_of(trial, _changed(base, changed), store, executor, seeds, should_stop)
+        if value is None:
+            study.tell(trial, state=optuna.trial.TrialState.PRUNED)
+        else:
+            study.tell(trial, value)
+        on_trial(len(_over(study)), _best_value(study))
+    return _found(study, base, space)
+
+
+def _take_up_again(study: optuna.Study) -> None:
+    """Try once more what was under way when the search was stopped; its finished runs are kept."""
+    for left in study.get_trials(states=[optuna.trial.TrialState.RUNNING]):
+        study.tell(left.number, state=optuna.trial.TrialState.FAIL)
+        study.enqueue_trial(left.params)
+
+
+def _over(study: optuna.Study) -> list[optuna.trial.FrozenTrial]:
+    states = [optuna.trial.TrialState.COMPLETE, optuna.trial.TrialState.PRUNED]
+    return study.get_trials(deepcopy=False, states=states)
+
+
+def _best_value(study: optuna.Study) -> float | None:
+    complete = study.get_trials(deepcopy=False, states=[optuna.trial.TrialState.COMPLETE])
+    return max((t.value for t in complete if t.value is not None), default=None)
+
+
+def _changed(base: Config, changed: Mapping[str, Any]) -> Config:
+    config = base
+    for name, value in changed.items():
+        config = configs.replace_fields(config, nested(name, value), name)
+    return config
+
+
+def _value_of(
+    trial: optuna.Trial,
+    config: Config,
+    store: Store,
+    executor: Executor,
+    seeds: int,
+    should_stop: Callable[[], bool],
+) -> float | None:
+    """Mean final validation return over seeds; None if the median prunes it on the way."""
+    values: list[float] = []
+    training = replace(config.training, test_episodes=0)
+    for first in range(0, seeds, executor.workers):
+        jobs = [
+            TrainJob(replace(config, seed=FIRST_SEED + seed, training=training))
+            for seed in range(first, min(seeds, first + executor.workers))
+        ]
+        state = runner.run_jobs(jobs, store, executor, should_stop=should_stop)
+        values += [_return_of(job, store, failed=job.digest in state.failed) for job in jobs]
+        trial.report(float(np.mean(values)), len(values))
+        if len(values) < seeds and trial.should_prune():
+            return None
+    return float(np.mean(values))
+
+
+def _return_of(job: TrainJob, store: Store, *, failed: bool) -> float:
+    """What a run came to on validation starts; one that diverged is worth what nobody wants."""
+    if failed:
+        return -1_000.0
+    facts = pilots.facts_of(RunFolder(store.runs / job.digest).best)
+    return float(facts["final_validation_return"])
+
+
+def _found(study: optuna.Study, base: Config, space: Mapping[str, Range | Choice]) -> Searched:
+    complete = study.get_trials(deepcopy=False, states=[optuna.trial.TrialState.COMPLETE])
+    if not complete:
+        raise UserError("trials: none came to its end; make more of them")
+    best = study.best_trial
+    fixed = optuna.trial.FixedTrial(best.params)
+    changed = {name: of.suggest(fixed, name) for name, of in space.items()}
+    over = _over(study)
+    return Searched(
+        dataclasses.replace(_changed(base, changed), preset=f"{base.preset}-tuned"),
+        float(best.value or 0.0),
+        changed,
+        len(over),
+        len(over) - len(complete),
+        _importance(study, complete),
+    )
+
+
+def _importance(
+    study: optuna.Study, complete: Sequence[optuna.trial.FrozenTrial]
+) -> dict[str, float]:
+    if len(complete) < 2 * _STARTUP:
+        return {}
+    evaluator = optuna.importance.PedAnovaImportanceEvaluator()
+    return dict(optuna.importance.get_param_importances(study, evaluator=evaluator))
+
+
+def storage_url(store: Store) -> str:
+    """SQLite in the folder of results."""
+    return f"sqlite:///{(store.path / 'search.sqlite3').resolve()}"
+
+
+def comment_of(found: Searched, preset: str, seeds: int) -> str:
+    """Where the winner comes from, as TOML comments."""
+    told = "\n".join(f"#   {name} = {value}" for name, value in found.changed.items())
+    last = FIRST_SEED + seeds - 1
+    return (
+        f"# touchdown tune agent {preset}: {found.trials} trials, {found.pruned} of them pruned\n"
+        f"# mean validation return {found.value:.1f} over training seeds {FIRST_SEED} to {last}\n"
+        f"# found:\n{told}\n"
+    )
+
+
+def path_beside(path: Path, ending: str) -> Path:
+    """A file beside another, of the same name but for its end."""
+    return path.with_name(f"{path.stem}{ending}")

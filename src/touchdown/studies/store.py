@@ -1,0 +1,144 @@
+"""Where studies keep their runs: one folder for all, so that what two of them plan is run once."""
+
+import fcntl
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from touchdown import files
+from touchdown.errors import UserError, one_line
+from touchdown.studies.job import Job
+
+FORMAT_VERSION = 1
+DEFAULT_RESULTS = Path("runs") / "studies"
+_MARK = "studies.json"
+
+
+@dataclass(frozen=True, slots=True)
+class Store:
+    """A folder of results: `studies.json`, `runs/<digest>/`, `logs/`, `reports/`."""
+
+    path: Path
+
+    @property
+    def runs(self) -> Path:
+        """Of all studies, each run in a folder that is called by its digest."""
+        return self.path / "runs"
+
+    @property
+    def failures(self) -> Path:
+        """Why jobs failed when they were last tried, a file each."""
+        return self.path / "failed"
+
+    def missing(self, jobs: Sequence[Job]) -> list[Job]:
+        """Those that are not done, each once, in their order."""
+        each_once = {job.digest: job for job in jobs}
+        return [job for job in each_once.values() if not job.is_done(self.runs)]
+
+    def failed(self) -> dict[str, str]:
+        """Why, by digest, of the jobs that failed when they were last tried."""
+        if not self.failures.is_dir():
+            return {}
+        found = sorted(self.failures.glob("*.json"))
+        return {path.stem: str(files.read_json(path).get("reason", "")) for path in found}
+
+    def note_failure(self, digest: str, reason: str) -> None:
+        """Remember why a job failed."""
+        self.failures.mkdir(exist_ok=True)
+        files.write_atomic(self.failures / f"{digest}.json", files.to_json({"reason": reason}))
+
+    def forget_failure(self, digest: str) -> None:
+        """It is being tried again, or done."""
+        (self.failures / f"{digest}.json").unlink(missing_ok=True)
+
+
+def open_store(path: Path, *, make: bool = False) -> Store:
+    """A folder of results.
+
+    Args:
+        path: of the folder.
+        make: whether to make it where there is none.
+
+    Raises:
+        UserError: it is not there, of another version, something else, or cannot be written.
+    """
+    mark = path / _MARK
+    if mark.is_file():
+        version = files.read_json(mark).get("format_version")
+        if version != FORMAT_VERSION:
+            raise UserError(
+                f"{mark}: format_version = {version!r}: this touchdown reads {FORMAT_VERSION}; "
+                "choose another --results-dir"
+            )
+        return Store(path)
+    if not make:
+        raise UserError(
+            f"results_dir {str(path)!r}: holds no studies; `touchdown study run` begins one"
+        )
+    try:
+        if path.exists() and (not path.is_dir() or any(path.iterdir())):
+            raise UserError(
+                f"results_dir {str(path)!r}: holds other things; choose an empty or a new folder"
+            )
+    except OSError as error:
+        raise UserError(f"results_dir {str(path)!r}: cannot be read: {one_line(error)}") from None
+    with files.refusing(f"results_dir {str(path)!r}"):
+        path.mkdir(parents=True, exist_ok=True)
+        (path / "runs").mkdir(exist_ok=True)
+        files.write_atomic(mark, files.to_json({"format_version": FORMAT_VERSION}))
+    return Store(path)
+
+
+@contextmanager
+def held(store: Store) -> Generator[None]:
+    """The right to run jobs in a folder of results, until the block ends or its process dies.
+
+    Raises:
+        UserError: another process has it.
+    """
+    with files.refusing(str(store.path)), (store.path / "lock").open("ab") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise UserError(
+                f"results_dir {str(store.path)!r}: another process is running a study there"
+            ) from None
+        yield
+
+
+@dataclass(frozen=True, slots=True)
+class Begun:
+    """A study as it was last run: what `status` and `report` take where they are told nothing."""
+
+    name: str
+    scale: str
+    seeds: int
+    file: str | None
+    """Of a user's study."""
+
+
+def note_begun(store: Store, begun: Begun) -> None:
+    """Remember how a study was last run."""
+    folder = store.path / "begun"
+    folder.mkdir(exist_ok=True)
+    content = {"scale": begun.scale, "seeds": begun.seeds, "file": begun.file}
+    files.write_atomic(folder / f"{begun.name}.json", files.to_json(content))
+
+
+def list_begun(store: Store) -> list[Begun]:
+    """Every study that was run in a folder of results, by name.
+
+    Raises:
+        UserError: what was remembered is broken.
+    """
+    return [_read_begun(path) for path in sorted((store.path / "begun").glob("*.json"))]
+
+
+def _read_begun(path: Path) -> Begun:
+    content: dict[str, Any] = files.read_json(path)
+    try:
+        return Begun(path.stem, content["scale"], int(content["seeds"]), content["file"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise UserError(f"{path}: not a study's record: {one_line(error)}") from None

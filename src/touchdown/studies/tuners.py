@@ -1,0 +1,144 @@
+"""Ways to find a PID's gains: by hand, by Twiddle, and by two samplers of Optuna."""
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+import tomli_w
+
+from touchdown.control.pid import PIDConfig, Rule
+from touchdown.errors import UserError
+from touchdown.runs import tune as twiddling
+from touchdown.runs.tune import TUNED, Objective
+
+Tuner = Literal["hand", "twiddle", "cma-es", "tpe"]
+TUNERS: tuple[Tuner, ...] = ("hand", "twiddle", "cma-es", "tpe")
+_REACH = {"dead_band": (0.0, 0.2)}
+_WIDE = (-2.0, 2.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tuning:
+    """How gains are to be found.
+
+    Raises:
+        UserError: a number is out of range.
+    """
+
+    tuner: Tuner
+    seed: int
+    """Chooses the training starts, and what a sampler draws."""
+    rule: Rule = "signed"
+    trials: int = 200
+    """Gains to try at most; every tuner has the same number."""
+    starts: int = 100
+    """Training starts that each trial flies."""
+    test_episodes: int = 100
+
+    def __post_init__(self) -> None:
+        for name in ("trials", "starts", "test_episodes"):
+            if getattr(self, name) < 1:
+                raise UserError(f"{name} = {getattr(self, name)}: must be at least 1")
+
+    def to_dict(self) -> dict[str, Any]:
+        """All that decides the gains."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Tuned:
+    """What a tuner found."""
+
+    gains: PIDConfig
+    best_return: float
+    """Mean over the training starts of its trials."""
+    history: tuple[float, ...]
+    """The best mean return after each trial."""
+
+    def to_json(self) -> dict[str, Any]:
+        """As a JSON object."""
+        return asdict(self)
+
+    def to_toml(self) -> str:
+        """The gains alone, as `fly` and `evaluate` take them."""
+        return tomli_w.dumps(asdict(self.gains))
+
+
+def tune(tuning: Tuning, on_trial: Callable[[float, float], object]) -> Tuned:
+    """Find gains.
+
+    Args:
+        tuning: how.
+        on_trial: told after each trial the share of trials done and the best mean return.
+
+    Raises:
+        UserError: a sampler is wanted and Optuna is not installed.
+    """
+    with Objective(tuning.rule, tuning.starts, tuning.seed) as objective:
+        search = _Search(objective, tuning.trials, on_trial)
+        if tuning.tuner == "hand":
+            search.try_out(objective.point_of(twiddling.HAND_PICKED))
+        elif tuning.tuner == "twiddle":
+            search.by_twiddle()
+        else:
+            search.by_optuna(tuning.tuner, tuning.seed)
+    return Tuned(objective.config_of(search.best), search.best_return, tuple(search.history))
+
+
+class _Search:
+    """Tries gains until there are no trials left, and keeps the best."""
+
+    def __init__(
+        self, objective: Objective, trials: int, on_trial: Callable[[float, float], object]
+    ) -> None:
+        self._objective = objective
+        self._trials = trials
+        self._on_trial = on_trial
+        self.history: list[float] = []
+        self.best: tuple[float, ...] = ()
+        self.best_return = -np.inf
+
+    @property
+    def is_over(self) -> bool:
+        return len(self.history) >= self._trials
+
+    def try_out(self, point: tuple[float, ...]) -> float:
+        value = self._objective(point)
+        if value > self.best_return:
+            self.best, self.best_return = point, value
+        self.history.append(self.best_return)
+        self._on_trial(len(self.history) / self._trials, self.best_return)
+        return value
+
+    def by_twiddle(self) -> None:
+        """Until the trials are over; from the best it has found where it settles before."""
+        start = self._objective.point_of(twiddling.HAND_PICKED)
+        while not self.is_over:
+            for _ in twiddling.search(self.try_out, start, tolerance=0.05):
+                if self.is_over:
+                    return
+            start = self.best
+
+    def by_optuna(self, tuner: Literal["cma-es", "tpe"], seed: int) -> None:
+        try:
+            import optuna  # noqa: PLC0415 - an extra
+        except ImportError:
+            raise UserError(
+                f"tuner = {tuner!r}: needs Optuna; install it: pip install 'touchdown[optuna]'"
+            ) from None
+        optuna.logging.set_verbosity(optuna.logging.ERROR)
+        start: dict[str, Any] = dict(
+            zip(TUNED, self._objective.point_of(twiddling.HAND_PICKED), strict=True)
+        )
+        sampler = (
+            optuna.samplers.CmaEsSampler(seed=seed)
+            if tuner == "cma-es"
+            else optuna.samplers.TPESampler(seed=seed)
+        )
+        study = optuna.create_study(direction="maximize", sampler=sampler)
+        study.enqueue_trial(start)
+        while not self.is_over:
+            trial = study.ask()
+            point = tuple(trial.suggest_float(name, *_REACH.get(name, _WIDE)) for name in TUNED)
+            study.tell(trial, self.try_out(point))

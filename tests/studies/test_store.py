@@ -1,0 +1,46 @@
+import json
+
+import pytest
+
+from touchdown.errors import UserError
+from touchdown.studies import store as stores
+from touchdown.studies.store import Begun, open_store
+
+
+def test_a_folder_of_results_is_made_and_found_again(tmp_path):
+    made = open_store(tmp_path / "a" / "b", make=True)
+    assert made == open_store(tmp_path / "a" / "b")
+
+
+def test_a_folder_of_another_version_is_refused_and_left_as_it_is(tmp_path):
+    open_store(tmp_path, make=True)
+    mark = tmp_path / "studies.json"
+    mark.write_text(json.dumps({"format_version": 9}))
+    with pytest.raises(UserError, match="format_version = 9: this touchdown reads 1"):
+        open_store(tmp_path, make=True)
+    assert json.loads(mark.read_text()) == {"format_version": 9}
+
+
+def test_a_folder_of_other_things_is_not_taken(tmp_path):
+    (tmp_path / "thesis.tex").touch()
+    with pytest.raises(UserError, match="holds other things"):
+        open_store(tmp_path, make=True)
+    with pytest.raises(UserError, match="holds no studies"):
+        open_store(tmp_path)
+
+
+def test_why_a_job_failed_is_remembered_until_it_is_tried_again(tmp_path):
+    store = open_store(tmp_path, make=True)
+    assert store.failed() == {}
+    store.note_failure("abc", "it diverged")
+    assert store.failed() == {"abc": "it diverged"}
+    store.forget_failure("abc")
+    assert store.failed() == {}
+
+
+def test_how_a_study_was_last_run_is_remembered(tmp_path):
+    store = open_store(tmp_path, make=True)
+    begun = Begun("ladder", "full", 7, None)
+    stores.note_begun(store, Begun("ladder", "quick", 3, None))
+    stores.note_begun(store, begun)
+    assert stores.list_begun(store) == [begun]
