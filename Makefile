@@ -56,7 +56,7 @@ bench: $(BENCH_READY) ## compare the engine's, the training's and an update's sp
 	@.venv-bench/bin/python benchmarks/fused_update.py $(ARGS)
 	@$(MAKE) --no-print-directory peers ARGS=
 
-peers: $(BENCH_READY) ## train peers and presets side by side, an hour or more; goes on if stopped
+peers: $(BENCH_READY) ## train peers and presets side by side, for hours; goes on if stopped
 	@.venv-bench/bin/python benchmarks/peers.py $(ARGS)
 
 lock: $(READY) ## pin the newest packages that fit (UPGRADE= keeps the pins that still fit)

@@ -26,13 +26,14 @@ import signal
 import statistics
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from contenders import preset as own
-from contenders.watch import SOLVED, Judge, Watch
+from contenders.watch import SOLVED, Enough, Judge, Watch
 from touchdown import files, presets
 from touchdown.figures import wall_clock as figure
 from touchdown.runs.folder import RunFolder, cpu_name
@@ -61,6 +62,8 @@ class Job:
     threads: int
     cap: int | None
     """Observations at most; None for all that is published."""
+    seconds: float | None
+    """Of a peer's training at most; None for all that is published."""
 
     def path(self, runs: Path) -> Path:
         """Of its record."""
@@ -94,7 +97,9 @@ def measure(job: Job, runs: Path) -> None:
             import torch  # noqa: PLC0415 - only for those who use it
 
             torch.set_num_threads(job.threads)
-            peer.train(job.seed, job.cap or peer.OBSERVATIONS, Watch(judge, MARKS))
+            watch = Watch(judge, MARKS, math.inf if job.seconds is None else job.seconds)
+            with suppress(Enough):
+                peer.train(job.seed, job.cap or peer.OBSERVATIONS, watch)
         else:
             config = own.config_of(job.system, job.seed, job.cap)
             own.train(path.stem, config, runs, judge)
@@ -238,7 +243,7 @@ def report(systems: Mapping[str, int], seeds: Sequence[int], runs: Path) -> str:
     verified = (
         "Verified: on 100 validation starts, then on 100 test starts on stock Gymnasium, both "
         "greedily; in bold the median of the seeds. A preset's end is its own choice of a pilot, "
-        "a peer's that of its published budget."
+        "a peer's that of its published budget or of the seconds that it was given."
     )
     returns = (
         "Mean test return of the policy held, over the seeds, with the least and the most; – where "
@@ -298,6 +303,7 @@ def main() -> None:
     parser.add_argument("--peers", nargs="*", choices=list(PEERS), default=list(PEERS))
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2])
     parser.add_argument("--observations", type=int, help="fewer than published, for a quick try")
+    parser.add_argument("--seconds", type=float, help="of a peer's training at most")
     parser.add_argument("--runs-dir", type=Path, default=Path("runs") / "peers")
     parser.add_argument("--table", action="store_true", help="print what is there, train nothing")
     parser.add_argument("--figures", type=Path, help="folder for the picture")
@@ -306,7 +312,7 @@ def main() -> None:
     systems: dict[str, int] = dict.fromkeys(args.peers, 1) | dict(args.presets)
     # seed by seed: a machine that slows down slows all
     jobs = [
-        Job(system, seed, threads, args.observations)
+        Job(system, seed, threads, args.observations, args.seconds if system in PEERS else None)
         for seed in args.seeds
         for system, threads in systems.items()
     ]

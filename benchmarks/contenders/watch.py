@@ -107,23 +107,36 @@ class Judge:
         self._record(row)
 
 
+class Enough(Exception):  # noqa: N818 - no error: the time that a peer was given is over
+    """A peer has trained as long as it was to."""
+
+
 class Watch:
     """Looks at a peer from time to time.
 
     Args:
         judge: flies what is looked at.
         marks: seconds at which all systems are compared.
+        most: seconds that the peer may train.
     """
 
-    def __init__(self, judge: Judge, marks: Sequence[float]) -> None:
+    def __init__(self, judge: Judge, marks: Sequence[float], most: float = np.inf) -> None:
         self._judge = judge
         self._marks = marks
+        self._most = most
         self._next = next_look(0.0, marks)
         self._clock = Stopwatch()
 
     def step(self, observations: int, pilot: Pilot) -> None:
-        """To be called between steps of training, often."""
+        """To be called between steps of training, often.
+
+        Raises:
+            Enough: the peer has trained as long as it was to.
+        """
         seconds = self._clock.seconds()
+        if seconds >= self._most:
+            self.end(observations, pilot)
+            raise Enough
         if seconds < self._next:
             return
         with self._clock.standing():

@@ -12,6 +12,14 @@ if TYPE_CHECKING:
     from touchdown.errors import Interrupted, UserError
     from touchdown.presets import PRESETS, preset
     from touchdown.runs.run import Run, list_runs
+    from touchdown.studying import (
+        compare,
+        list_studies,
+        run_study,
+        study_report,
+        study_status,
+        tune_agent,
+    )
     from touchdown.verbs import evaluate, export, fly, resume, show, train, tune_pid
 
 _HOMES = {
@@ -20,14 +28,20 @@ _HOMES = {
     "PRESETS": "presets",
     "Run": "runs.run",
     "UserError": "errors",
+    "compare": "studying",
     "evaluate": "verbs",
     "export": "verbs",
     "fly": "verbs",
     "list_runs": "runs.run",
+    "list_studies": "studying",
     "preset": "presets",
     "resume": "verbs",
+    "run_study": "studying",
     "show": "verbs",
+    "study_report": "studying",
+    "study_status": "studying",
     "train": "verbs",
+    "tune_agent": "studying",
     "tune_pid": "verbs",
 }
 
@@ -38,14 +52,20 @@ __all__ = [
     "Interrupted",
     "Run",
     "UserError",
+    "compare",
     "evaluate",
     "export",
     "fly",
     "list_runs",
+    "list_studies",
     "preset",
     "resume",
+    "run_study",
     "show",
+    "study_report",
+    "study_status",
     "train",
+    "tune_agent",
     "tune_pid",
 ]
 
