@@ -192,11 +192,6 @@ def remove_temporaries(folders: Iterable[Path]) -> None:
                 leftover.unlink(missing_ok=True)
 
 
-def remove_folder(path: Path) -> None:
-    """Delete a folder and all in it, if it is there."""
-    shutil.rmtree(path, ignore_errors=True)
-
-
 def _encoded(data: bytes | str) -> bytes:
     return data.encode() if isinstance(data, str) else data
 

@@ -7,10 +7,10 @@ from contextlib import closing
 import numpy as np
 from rich.console import Console
 
-from touchdown import device, files, progress, tables
+from touchdown import device, learning_curve, progress, tables
 from touchdown.errors import Interrupted, UserError, one_line
-from touchdown.figures import curve, policy
 from touchdown.figures import flights as flight_figure
+from touchdown.figures import policy
 from touchdown.figures.grid_world import grid_of
 from touchdown.lander import env as lander
 from touchdown.lander import flight as flights
@@ -23,7 +23,7 @@ from touchdown.runs.evaluate import Fleet
 from touchdown.runs.evaluation import Evaluation
 from touchdown.runs.folder import DEFAULT_RUNS, RunFolder
 from touchdown.runs.pilots import NamedPilot
-from touchdown.runs.run import CURVE, FLIGHTS, GIF, MP4, PICTURES, POLICY, Run, evaluations_of
+from touchdown.runs.run import FLIGHTS, GIF, MP4, PICTURES, POLICY, Run, evaluations_of
 from touchdown.runs.train import Trainer
 from touchdown.seeding import TEST_STARTS
 from touchdown.types import ValuePilot
@@ -163,14 +163,7 @@ def _draw(run: Run, tested: Sequence[Evaluation], on_picture: Callable[[], objec
         for film in (GIF, MP4):
             render.write_video(shown, run.path / film)
             on_picture()
-    curve.save_learning_curve(
-        run.path / CURVE,
-        files.read_jsonl(run.folder.episodes),
-        files.read_jsonl(run.folder.validations),
-        _chosen_observations(run),
-        f"{run.name} on {run.config.env_id}",
-        threshold=evaluations.threshold_of(run.config.env_id),
-    )
+    learning_curve.save(run, f"{run.name} on {run.config.env_id}")
 
 
 def _draw_policy(run: Run) -> str:
@@ -184,10 +177,6 @@ def _draw_policy(run: Run) -> str:
     q = pilot.pilot.values(np.eye(num_states, dtype=np.float32))
     policy.save_policy(run.path / POLICY, grid, q, f"{run.name} on {pilot.env_id}")
     return policy.policy_text(grid, q)
-
-
-def _chosen_observations(run: Run) -> int:
-    return int(pilots.facts_of(run.folder.best)["observations"])
 
 
 def _overlaid(pilot: NamedPilot) -> dict[str, list[Flight]]:

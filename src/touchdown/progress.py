@@ -139,13 +139,7 @@ class TrainingView:
             table.add_column(justify="right", no_wrap=True)
         table.add_row(*(Text(name, style="dim") for name, _ in cells))
         table.add_row(*(Text(value, style="bold") for _, value in cells))
-        bar = Progress(
-            TextColumn(f"training {self._name}", markup=False),
-            BarColumn(40),
-            TextColumn("{task.percentage:.0f}%"),
-            console=self._console,
-        )
-        bar.add_task("", total=1_000, completed=round(1_000 * status.share_done))
+        bar = _bar(self._console, f"training {self._name}", status.share_done)
         return Group(bar, table)
 
 
@@ -194,13 +188,7 @@ class StudyView:
         gained = state.share - (self._first_share or 0.0)
         passed = time.monotonic() - self._began
         left = clock((1 - state.share) * passed / gained) if gained > 0.001 else "-"
-        bar = Progress(
-            TextColumn(f"study {self._name}", markup=False),
-            BarColumn(40),
-            TextColumn("{task.percentage:.0f}%"),
-            console=self._console,
-        )
-        bar.add_task("", total=1_000, completed=round(1_000 * state.share))
+        bar = _bar(self._console, f"study {self._name}", state.share)
         counts = Table.grid(padding=(0, 2))
         cells = [
             ("done", f"{state.done} of {state.total}"),
@@ -221,6 +209,18 @@ class StudyView:
             )
         best = [Text(f"best so far: {self._best[0]:.0f}, {self._best[1]}")] if self._best else []
         return Group(bar, counts, running, *best)
+
+
+def _bar(console: Console, text: str, share: float) -> Progress:
+    """How much is done, from 0 to 1."""
+    bar = Progress(
+        TextColumn(text, markup=False),
+        BarColumn(40),
+        TextColumn("{task.percentage:.0f}%"),
+        console=console,
+    )
+    bar.add_task("", total=1_000, completed=round(1_000 * share))
+    return bar
 
 
 @contextmanager

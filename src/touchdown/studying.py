@@ -232,9 +232,11 @@ def study_status(
     failures = store.failed()
     for what in _begun(store, name, scale, seeds):
         names = what.names()
-        studies = [(study.name, runner.jobs_of([(study, n)])) for study, n in what.studies]
+        studies: list[tuple[str, Sequence[Job]]] = [
+            (study.name, runner.jobs_of([(study, n)])) for study, n in what.studies
+        ]
         if what.pid_jobs:
-            studies.append(("pid", list(what.pid_jobs)))
+            studies.append(("pid", what.pid_jobs))
         for label, jobs in studies:
             missing = {job.digest for job in store.missing(jobs)}
             failed = {names[d]: failures[d] for d in sorted(missing) if d in failures}
@@ -509,22 +511,17 @@ def _begun(
 ) -> Sequence[Planned]:
     """What a name means, with the scale and the seeds that it was last run with."""
     known = {each.name: each for each in stores.list_begun(store)}
+
+    def again(last: Begun) -> Planned:
+        return planned(
+            last.file or last.name, scale=scale or last.scale, seeds=seeds or last.seeds or None
+        )
+
     if name is None:
         if not known:
             raise UserError(f"results_dir {str(store.path)!r}: no study was begun there")
-        return [
-            planned(
-                each.file or each.name,
-                scale=scale or each.scale,
-                seeds=seeds or each.seeds or None,
-            )
-            for each in known.values()
-        ]
+        return [again(each) for each in known.values()]
     last = known.get(name) or known.get(Path(name).stem)
     if last is None:
         return [planned(name, scale=scale or "quick", seeds=seeds)]
-    return [
-        planned(
-            last.file or last.name, scale=scale or last.scale, seeds=seeds or last.seeds or None
-        )
-    ]
+    return [again(last)]

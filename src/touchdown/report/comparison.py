@@ -13,7 +13,6 @@ from touchdown.report.study import PAGE, Builder, machine_facts
 from touchdown.runs.run import Run
 from touchdown.studies.plan import Factor, Level, Study
 from touchdown.studies.results import StudyResults, read_run
-from touchdown.studies.store import Store
 
 _SHOWN = 4  # differing settings that a level's name tells
 
@@ -58,8 +57,7 @@ def write_comparison(runs: Sequence[Run], out: Path) -> Path:
         for run in of
     )
     results = StudyResults(study, study.seeds, found, 0, {})
-    store = Store(runs[0].path.parent)
-    builder = Builder(store, out, linked=True, on_step=lambda _: None, runs=runs[0].path.parent)
+    builder = Builder(runs[0].path.parent, out, linked=True, on_step=lambda _: None)
     section = builder.section("comparison", "Test returns", "", results, "best_return", (), {})
     page = Page(
         title="Runs compared",

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from touchdown.figures import rungs, style
 from touchdown.figures import studies as figures
@@ -14,7 +15,8 @@ from touchdown.report.page import Cell, ClaimRow, Link, Picture, Table
 from touchdown.runs.run import CURVE
 from touchdown.stats import compare, curves
 from touchdown.stats.seeds import summarise_seeds
-from touchdown.studies.claims import Decision
+from touchdown.stats.summary import Interval
+from touchdown.studies.claims import Decision, p_text
 from touchdown.studies.plan import Level
 from touchdown.studies.results import METRICS, StudyResults
 from touchdown.types import FloatArray
@@ -29,9 +31,9 @@ def claim_rows(decisions: Sequence[Decision]) -> tuple[ClaimRow, ...]:
     )
 
 
-def interval_text(value: float, low: float, high: float) -> str:
+def interval_text(found: Interval) -> str:
     """A number with its interval, in return points."""
-    return f"{value:.0f} [{low:.0f}, {high:.0f}]"
+    return f"{found.value:.0f} [{found.low:.0f}, {found.high:.0f}]"
 
 
 def level_table(results: StudyResults, metric: str = "best_return") -> Table:
@@ -65,8 +67,8 @@ def level_table(results: StudyResults, metric: str = "best_return") -> Table:
             (
                 f"{cell.name} (base)" if cell.labels == base.labels else cell.name,
                 str(chosen.n),
-                interval_text(chosen.iqm.value, chosen.iqm.low, chosen.iqm.high),
-                interval_text(chosen.mean.value, chosen.mean.low, chosen.mean.high),
+                interval_text(chosen.iqm),
+                interval_text(chosen.mean),
                 band,
                 f"{last.mean.value:.0f}",
                 f"{area.mean.value:.0f}",
@@ -89,11 +91,6 @@ def level_table(results: StudyResults, metric: str = "best_return") -> Table:
         ),
         tuple(rows),
     )  # fmt: skip
-
-
-def p_text(p: float) -> str:
-    """A p-value in as many digits as it bears."""
-    return "< 0.001" if p < 0.001 else f"{p:.2g}" if p < 0.1 else f"{p:.2f}"
 
 
 def _to_solved(values: Sequence[float]) -> str:
@@ -158,10 +155,10 @@ def save_picture(
     """
     study = results.study
     shares = metric.endswith("_share")
-    values = np.concatenate([results.values(cell.labels, metric) for cell in study.cells()])
     if len(study.factors) == 2:
         _draw_map(results, metric, stem)
     elif all(level.position is not None for level in study.factors[0].levels):
+        values = np.concatenate([results.values(cell.labels, metric) for cell in study.cells()])
         figure = style.new_figure(7.2, 3.6)
         ax = figures.draw_over_axis(
             figure.subplots(),
@@ -170,17 +167,14 @@ def save_picture(
             _position_of(study.factors[0].levels, study.base_cell().labels[0]),
         )
         figures.finish(ax, METRICS[metric], values, "y", shares=shares)
-        style.save(figure, stem.with_suffix(".png"), stem.with_suffix(".svg"))
+        _save(figure, stem)
     else:
         found = [
             Row(cell.name, results.values(cell.labels, metric), cell == study.base_cell())
             for cell in study.cells()
             if results.of(cell.labels)
         ]
-        figure = style.new_figure(7.2, 0.9 + 0.5 * len(found))
-        ax = figures.draw_rows(figure.subplots(), found, lines)
-        figures.finish(ax, METRICS[metric], values, "x", shares=shares)
-        style.save(figure, stem.with_suffix(".png"), stem.with_suffix(".svg"))
+        save_rows(found, METRICS[metric], stem, lines, shares=shares)
     seeds = sorted({len(results.of(cell.labels)) for cell in study.cells()} - {0})
     count = " to ".join(map(str, seeds[:1] + seeds[1:][-1:]))
     return Picture(
@@ -190,6 +184,38 @@ def save_picture(
         f"{METRICS[metric].capitalize()}; mean with its 95% interval over n = {count} training "
         "seeds, the seeds behind it.",
     )
+
+
+def save_rows(
+    rows: Sequence[Row],
+    what: str,
+    stem: Path,
+    lines: Mapping[str, float] | None = None,
+    *,
+    shares: bool = False,
+    from_zero: bool = False,
+) -> None:
+    """Draw a list of levels, those of which there are numbers.
+
+    Args:
+        rows: the levels.
+        what: the numbers are.
+        stem: path without its suffix.
+        lines: numbers to compare with, by name.
+        shares: whether they are shares, from 0 to 1.
+        from_zero: whether their axis begins at 0.
+    """
+    figure = style.new_figure(7.2, 0.9 + 0.5 * len(rows))
+    ax = figures.draw_rows(figure.subplots(), [row for row in rows if len(row.values)], lines)
+    values = np.concatenate([row.values for row in rows])
+    figures.finish(ax, what, values, "x", shares=shares)
+    if from_zero:
+        ax.set_xlim(left=0)
+    _save(figure, stem)
+
+
+def _save(figure: Figure, stem: Path) -> None:
+    style.save(figure, stem.with_suffix(".png"), stem.with_suffix(".svg"))
 
 
 def save_curves(results: StudyResults, of: str, stem: Path) -> Picture:
@@ -213,7 +239,7 @@ def save_curves(results: StudyResults, of: str, stem: Path) -> Picture:
     else:
         rungs.draw_rungs(ax, by_level)
         caption = "Validation return, greedy, over training"
-    style.save(figure, stem.with_suffix(".png"), stem.with_suffix(".svg"))
+    _save(figure, stem)
     return Picture(
         stem.with_suffix(".svg"),
         stem.with_suffix(".png"),
@@ -251,4 +277,4 @@ def _draw_map(results: StudyResults, metric: str, stem: Path) -> None:
         means,
         counts,
     )
-    style.save(figure, stem.with_suffix(".png"), stem.with_suffix(".svg"))
+    _save(figure, stem)

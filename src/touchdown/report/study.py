@@ -10,8 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from touchdown import files
-from touchdown.figures import studies as figures
-from touchdown.figures import style
 from touchdown.figures.studies import Row
 from touchdown.lander import env as lander
 from touchdown.lander import flight as flights
@@ -31,8 +29,8 @@ from touchdown.studies.paper import Scale, Topic
 from touchdown.studies.plan import Study
 from touchdown.studies.results import PidResult, StudyResults, read_pid, read_study
 from touchdown.studies.store import Store
-from touchdown.studies.tuners import TUNERS
-from touchdown.studies.work import GAINS, PidJob
+from touchdown.studies.tuners import TUNERS, Tuning
+from touchdown.studies.work import GAINS
 from touchdown.types import FloatArray
 
 PAGE = "index.html"
@@ -56,23 +54,16 @@ class Builder:
     """Draws figures and films into a folder as sections ask for them.
 
     Args:
-        store: where the runs are.
+        runs: folder of the runs' folders.
         out: the page's folder.
         linked: whether the page lies beside the runs, and links to them.
         on_step: told of each section.
-        runs: folder of the runs, if not the store's.
     """
 
     def __init__(
-        self,
-        store: Store,
-        out: Path,
-        *,
-        linked: bool,
-        on_step: Callable[[str], object],
-        runs: Path | None = None,
+        self, runs: Path, out: Path, *, linked: bool, on_step: Callable[[str], object]
     ) -> None:
-        self.runs = store.runs if runs is None else runs
+        self.runs = runs
         self.figures = out / _FIGURES
         self.beside = out if linked else None
         self._on_step = on_step
@@ -176,12 +167,12 @@ def write_paper_report(
         study.name: read_study(study, seeds or study.seeds, store)
         for study in {t.study.name: t.study for t in wanted if t.study}.values()
     }
-    builder = Builder(store, out, linked=linked, on_step=on_step)
+    builder = Builder(store.runs, out, linked=linked, on_step=on_step)
     tuned = read_pid(paper.pid_jobs(scale, seeds), store)
     decisions: dict[str, list[Decision]] = {}
     found: list[Section] = []
     for topic in wanted:
-        made = _paper_section(builder, topic, results, tuned, scale)
+        made = _paper_section(builder, topic, results, tuned)
         if made is not None:
             decisions[topic.name], section = made
             found.append(section)
@@ -223,7 +214,7 @@ def write_study_report(
         UserError: the runs' files are broken, or something cannot be written.
     """
     results = read_study(study, seeds, store)
-    builder = Builder(store, out, linked=linked, on_step=on_step)
+    builder = Builder(store.runs, out, linked=linked, on_step=on_step)
     made = (
         [
             builder.section(
@@ -257,7 +248,6 @@ def _paper_section(
     topic: Topic,
     results: Mapping[str, StudyResults],
     tuned: Sequence[PidResult],
-    scale: Scale,
 ) -> tuple[list[Decision], Section] | None:
     """A topic's decisions and section; None where nothing of it has been run."""
     title = f"{topic.title} (section {topic.section})"
@@ -265,7 +255,7 @@ def _paper_section(
         if not tuned:
             return None
         decisions = decide(topic.claims, _pid_values(tuned))
-        return decisions, _pid_section(builder, topic, title, tuned, scale, decisions)
+        return decisions, _pid_section(builder, topic, title, tuned, decisions)
     found = results[topic.study.name]
     if not found.runs:
         return None
@@ -277,16 +267,15 @@ def _paper_section(
         decisions = decide(topic.claims, likenesses.values)
         return decisions, _alike_section(builder, topic, title, likenesses, decisions)
     decisions = decide(topic.claims, found.values)
-    lines = _lines(tuned) if topic.name == "ladder" else {}
+    lines = _lines() if topic.name == "ladder" else {}
     section = builder.section(
         topic.name, title, topic.question, found, topic.metric, decisions, lines
     )
     return decisions, section
 
 
-def _lines(tuned: Sequence[PidResult]) -> dict[str, float]:
+def _lines() -> dict[str, float]:
     """What the ladder is compared with: the shipped PID and chance, on the same test starts."""
-    del tuned
     starts = TEST_STARTS[:100]
     return {
         words: evaluations.evaluate_pilot(pilots.load(name), starts).summary.mean
@@ -297,7 +286,9 @@ def _lines(tuned: Sequence[PidResult]) -> dict[str, float]:
 def _pid_values(tuned: Sequence[PidResult]) -> Callable[[tuple[str, ...], str], FloatArray]:
     def values(labels: tuple[str, ...], metric: str) -> FloatArray:
         del metric
-        return np.array([each.test.summary.mean for each in tuned if each.tuner == labels[0]])
+        return np.array(
+            [each.test.summary.mean for each in tuned if each.job.tuning.tuner == labels[0]]
+        )
 
     return values
 
@@ -307,25 +298,15 @@ def _pid_section(
     topic: Topic,
     title: str,
     tuned: Sequence[PidResult],
-    scale: Scale,
     decisions: Sequence[Decision],
 ) -> Section:
     values = _pid_values(tuned)
     stem = builder.figures / topic.name
-    figure = style.new_figure(7.2, 0.9 + 0.5 * len(TUNERS))
     rows = [Row(name, values((name,), ""), name == "twiddle") for name in TUNERS]
-    ax = figures.draw_rows(figure.subplots(), [row for row in rows if len(row.values)])
-    figures.finish(
-        ax, "test return of the gains", np.concatenate([row.values for row in rows]), "x"
-    )
-    style.save(figure, stem.with_suffix(".png"), stem.with_suffix(".svg"))
+    sections.save_rows(rows, "test return of the gains", stem)
     best = max(tuned, key=lambda each: each.trained_return)
-    job = next(
-        job
-        for job in paper.pid_jobs(scale, 1 + max(each.seed for each in tuned))
-        if (job.tuning.tuner, job.tuning.seed) == (best.tuner, best.seed)
-    )
-    pilot = pilots.load(str(builder.runs / job.digest / GAINS))
+    tuning = best.job.tuning
+    pilot = pilots.load(str(builder.runs / best.job.digest / GAINS))
     return Section(
         id=topic.name,
         title=title,
@@ -340,15 +321,15 @@ def _pid_section(
                 "starts of its own; mean with its 95% interval.",
             ),
         ),
-        films=(builder.film(pilot, best.test, topic.name, f"{best.tuner}, seed {best.seed}"),),
-        tables=(_pid_table(tuned, job),),
+        films=(builder.film(pilot, best.test, topic.name, f"{tuning.tuner}, seed {tuning.seed}"),),
+        tables=(_pid_table(tuned, tuning),),
     )
 
 
-def _pid_table(tuned: Sequence[PidResult], job: PidJob) -> Table:
+def _pid_table(tuned: Sequence[PidResult], tuning: Tuning) -> Table:
     rows: list[tuple[str, ...]] = []
     for name in TUNERS:
-        of = [each for each in tuned if each.tuner == name]
+        of = [each for each in tuned if each.job.tuning.tuner == name]
         if not of:
             continue
         test = summarise_seeds([each.test.summary.mean for each in of])
@@ -356,13 +337,13 @@ def _pid_table(tuned: Sequence[PidResult], job: PidJob) -> Table:
             (
                 name,
                 str(test.n),
-                sections.interval_text(test.mean.value, test.mean.low, test.mean.high),
+                sections.interval_text(test.mean),
                 f"{np.mean([each.trained_return for each in of]):.0f}",
                 f"{np.mean([each.test.summary.share_solved or 0.0 for each in of]):.0%}",
             )
         )
     return Table(
-        f"Up to {job.tuning.trials} gains tried on {job.tuning.starts} training starts each; "
+        f"Up to {tuning.trials} gains tried on {tuning.starts} training starts each; "
         "the best of them on the test starts.",
         ("tuner", "seeds", "test return, mean [95%]", "on its training starts", "share ≥ 200"),
         tuple(rows),
@@ -378,13 +359,8 @@ def _alike_section(
 ) -> Section:
     stem = builder.figures / topic.name
     labels = ("to the PID", "to another seed", "to random")
-    figure = style.new_figure(7.2, 0.9 + 0.5 * len(labels))
     rows = [Row(label, likenesses.values((label,), "distance")) for label in labels]
-    ax = figures.draw_rows(figure.subplots(), [row for row in rows if len(row.values)])
-    drawn = np.concatenate([row.values for row in rows])
-    figures.finish(ax, "distance between flights, m", drawn, "x")
-    ax.set_xlim(left=0)
-    style.save(figure, stem.with_suffix(".png"), stem.with_suffix(".svg"))
+    sections.save_rows(rows, "distance between flights, m", stem, from_zero=True)
     table = Table(
         f"Mean distance of each seed's flights from {likenesses.starts} test starts, in metres.",
         ("seed", *labels),

@@ -8,9 +8,9 @@ from typing import Literal, Protocol
 import numpy as np
 
 from touchdown.stats import compare
+from touchdown.stats.summary import Interval
 from touchdown.types import FloatArray
 
-ALPHA = 0.05
 _FEWEST = 2  # seeds of each cell that a test looks at
 
 Labels = tuple[str, ...]
@@ -79,8 +79,8 @@ def decide(claims: Sequence[Claim], values: Values) -> list[Decision]:
 def _decision(claim: Claim, finding: Finding | None, p: float) -> Decision:
     if finding is None:
         return Decision(claim, "undecided", "too few finished runs", 1.0)
-    text = f"{finding.evidence}; p = {_in_words(p)}"
-    if p < ALPHA:
+    text = f"{finding.evidence}; p = {p_text(p)}"
+    if p < compare.ALPHA:
         return Decision(
             claim, "holds" if finding.p_for < finding.p_against else "does not hold", text, p
         )
@@ -93,7 +93,8 @@ def _decision(claim: Claim, finding: Finding | None, p: float) -> Decision:
     return Decision(claim, "undecided", f"{text}; {needed}", p)
 
 
-def _in_words(p: float) -> str:
+def p_text(p: float) -> str:
+    """A p-value in as many digits as it bears."""
     return "< 0.001" if p < 0.001 else f"{p:.2g}" if p < 0.1 else f"{p:.2f}"
 
 
@@ -111,22 +112,15 @@ class Greater:
         if min(len(base), len(other)) < _FEWEST:
             return None
         found = compare.compare(base, other)
-        half = found.p_value / 2
-        rises = found.difference.value > 0
-        difference, improvement = found.difference, found.probability_of_improvement
+        improvement = found.probability_of_improvement.value
         evidence = (
             f"{_name(self.above)} {_mean(other, self.metric)}, "
             f"{_name(self.below)} {_mean(base, self.metric)}: "
-            f"difference {_number(difference.value, self.metric)} "
-            f"[{_number(difference.low, self.metric)}, {_number(difference.high, self.metric)}], "
-            f"better in {improvement.value:.0%} of pairs"
+            f"difference {_interval(found.difference, self.metric)}, "
+            f"better in {improvement:.0%} of pairs"
         )
-        return Finding(
-            half if rises else 1 - half,
-            1 - half if rises else half,
-            evidence,
-            found.seeds_needed,
-        )
+        p_for = _one_sided(found.p_value, as_said=found.difference.value > 0)
+        return Finding(p_for, 1 - p_for, evidence, found.seeds_needed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,18 +137,13 @@ class Trend:
         if min(map(len, groups)) < _FEWEST:
             return None
         found = compare.trend(groups)
-        as_said = (found.tau > 0) == (self.direction == "rise")
-        half = found.p_value / 2
         means = ", ".join(
             f"{_name(level)}: {_mean(group, self.metric)}"
             for level, group in zip(self.levels, groups, strict=True)
         )
-        return Finding(
-            half if as_said else 1 - half,
-            1 - half if as_said else half,
-            f"{means}; τ = {found.tau:.2f}",
-            found.seeds_needed,
-        )
+        as_said = (found.tau > 0) == (self.direction == "rise")
+        p_for = _one_sided(found.p_value, as_said=as_said)
+        return Finding(p_for, 1 - p_for, f"{means}; τ = {found.tau:.2f}", found.seeds_needed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,14 +167,7 @@ class SweetSpot:
             f"{_name(level)}: {_mean(values(level, self.metric), self.metric)}"
             for level in (self.first, self.inside, self.last)
         )
-        needed = [side.seeds_needed for side in known]
-        return Finding(
-            max(side.p_for for side in known),
-            # it fails where either end is better: twice the chance of that by luck
-            min(1.0, 2 * min(side.p_against for side in known)),
-            means,
-            None if None in needed else max(n for n in needed if n is not None),
-        )
+        return _both(known, means)
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,16 +220,13 @@ class Beyond:
         if len(seen) < _FEWEST:
             return None
         found = compare.margin(seen, self.number)
-        above, below = found.p_above, found.p_below
-        mean = found.mean
         evidence = (
-            f"{_name(self.cell)} {_number(mean.value, self.metric)} "
-            f"[{_number(mean.low, self.metric)}, {_number(mean.high, self.metric)}], "
+            f"{_name(self.cell)} {_interval(found.mean, self.metric)}, "
             f"{len(seen)} seeds, against {_number(self.number, self.metric)}"
         )
-        if self.side == "above":
-            return Finding(above, below, evidence, found.seeds_needed)
-        return Finding(below, above, evidence, found.seeds_needed)
+        sides = (found.p_above, found.p_below)
+        p_for, p_against = sides if self.side == "above" else sides[::-1]
+        return Finding(p_for, p_against, evidence, found.seeds_needed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -266,19 +245,15 @@ class Near:
             return None
         low = compare.margin(seen, self.number - self.within)
         high = compare.margin(seen, self.number + self.within)
-        mean = low.mean
         evidence = (
-            f"{_name(self.cell)} {_number(mean.value, self.metric)} "
-            f"[{_number(mean.low, self.metric)}, {_number(mean.high, self.metric)}], "
+            f"{_name(self.cell)} {_interval(low.mean, self.metric)}, "
             f"{len(seen)} seeds, against {self.number:g} ± {self.within:g}"
         )
-        needed = [low.seeds_needed, high.seeds_needed]
-        return Finding(
-            max(low.p_above, high.p_below),
-            min(1.0, 2 * min(low.p_below, high.p_above)),
-            evidence,
-            None if None in needed else max(n for n in needed if n is not None),
+        sides = (
+            Finding(low.p_above, low.p_below, "", low.seeds_needed),
+            Finding(high.p_below, high.p_above, "", high.seeds_needed),
         )
+        return _both(sides, evidence)
 
 
 @dataclass(frozen=True, slots=True)
@@ -295,29 +270,42 @@ class Alike:
         one, other = values(self.one, self.metric), values(self.other, self.metric)
         if min(len(one), len(other)) < _FEWEST:
             return None
+        sides: list[Finding] = []
         # not so much below, and not so much above
-        above, below = (
-            compare.compare(one + shift, other) for shift in (-self.within, self.within)
-        )
-        p_above, p_below = (
-            found.p_value / 2 if (found.difference.value > 0) == rises else 1 - found.p_value / 2
-            for found, rises in ((above, True), (below, False))
-        )
-        found = compare.compare(one, other).difference
+        for shift in (-self.within, self.within):
+            found = compare.compare(one + shift, other)
+            as_said = (found.difference.value > 0) == (shift < 0)
+            p_for = _one_sided(found.p_value, as_said=as_said)
+            sides.append(Finding(p_for, 1 - p_for, "", found.seeds_needed))
+        difference = compare.compare(one, other).difference
         evidence = (
             f"{_name(self.other)} {_mean(other, self.metric)}, "
             f"{_name(self.one)} {_mean(one, self.metric)}: "
-            f"difference {_number(found.value, self.metric)} "
-            f"[{_number(found.low, self.metric)}, {_number(found.high, self.metric)}], "
-            f"against ± {self.within:g}"
+            f"difference {_interval(difference, self.metric)}, against ± {self.within:g}"
         )
-        needed = [above.seeds_needed, below.seeds_needed]
-        return Finding(
-            max(p_above, p_below),
-            min(1.0, 2 * min(1 - p_above, 1 - p_below)),
-            evidence,
-            None if None in needed else max(n for n in needed if n is not None),
-        )
+        return _both(sides, evidence)
+
+
+def _one_sided(p: float, *, as_said: bool) -> float:
+    """The p-value in favour, from a two-sided one and the side on which the numbers are."""
+    return p / 2 if as_said else 1 - p / 2
+
+
+def _both(sides: Sequence[Finding], evidence: str) -> Finding:
+    """What two tests say that must both be in favour."""
+    needed = [side.seeds_needed for side in sides]
+    return Finding(
+        max(side.p_for for side in sides),
+        # it fails where either does: twice the chance of that by luck
+        min(1.0, 2 * min(side.p_against for side in sides)),
+        evidence,
+        None if None in needed else max(n for n in needed if n is not None),
+    )
+
+
+def _interval(found: Interval, metric: str) -> str:
+    low, high = _number(found.low, metric), _number(found.high, metric)
+    return f"{_number(found.value, metric)} [{low}, {high}]"
 
 
 def _name(labels: Labels) -> str:

@@ -14,9 +14,8 @@ from touchdown import device, files
 from touchdown.config import Config
 from touchdown.errors import Interrupted
 from touchdown.runs import folder as folders
-from touchdown.runs.run import Run
+from touchdown.runs.folder import RunFolder
 from touchdown.runs.train import Status, Trainer
-from touchdown.studies.job import Job
 from touchdown.studies.store import Store
 from touchdown.studies.work import TrainJob
 
@@ -76,7 +75,7 @@ def kind_of(config: Config) -> Kind:
 
 
 def estimate(
-    jobs: Sequence[Job],
+    jobs: Sequence[TrainJob],
     store: Store,
     workers: int,
     on_done: Callable[[float], object] = lambda _: None,
@@ -89,9 +88,8 @@ def estimate(
         workers: runs at a time.
         on_done: told the share of kinds that are known.
     """
-    all_of = [job for job in jobs if isinstance(job, TrainJob)]
-    missing = [job for job in store.missing(all_of) if isinstance(job, TrainJob)]
-    speeds = _known_speeds([job for job in all_of if job.is_done(store.runs)], store)
+    missing = store.missing(jobs)
+    speeds = _known_speeds([job for job in jobs if job.is_done(store.runs)], store)
     wanted = {kind_of(job.config): job.config for job in missing}
     unknown = [kind for kind in wanted if kind not in speeds]
     for count, kind in enumerate(unknown, start=1):
@@ -119,7 +117,7 @@ def _known_speeds(done: Sequence[TrainJob], store: Store) -> dict[Kind, float]:
     for job in done:
         kind = kind_of(job.config)
         if kind not in speeds:
-            path = Run(folders.RunFolder(store.runs / job.digest)).folder.episodes
+            path = RunFolder(store.runs / job.digest).episodes
             last = files.read_jsonl(path, ("observations", "seconds"))[-1]
             speeds[kind] = last["observations"] / max(last["seconds"], 1e-9)
     return speeds

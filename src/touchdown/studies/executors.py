@@ -7,7 +7,7 @@ then is gone on with. A job that is refused would be refused again, and is not.
 import multiprocessing
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from multiprocessing import connection
 from multiprocessing.connection import Connection
@@ -74,11 +74,15 @@ class Attempts:
 
     def begin(self, job: Job) -> None:
         """Once more."""
-        self._begun[job.digest] = self._begun.get(job.digest, 0) + 1
+        self._begun[job.digest] = self.of(job.digest) + 1
+
+    def of(self, digest: str) -> int:
+        """How often a job has been begun."""
+        return self._begun.get(digest, 0)
 
     def may_again(self, job: Job) -> bool:
         """Whether one that died is run again."""
-        return self._begun[job.digest] <= RERUNS
+        return self.of(job.digest) <= RERUNS
 
     def after_death(self, job: Job, why: str) -> Event:
         """What is to be told of a worker's death."""
@@ -179,13 +183,21 @@ class _LocalRun:
                 self._attempts.begin(job)
                 each.give(job)
                 self._on_event(Event(job.digest, "started"))
+        for each, said in self._received():
+            if said is None:
+                self._replace(each)
+            else:
+                self._hear(each, said)
+
+    def _received(self) -> Iterator[tuple[_Worker, worker.Said | None]]:
+        """What busy workers say within a while; None of one that is dead."""
         connections = {each.connection: each for each in self._busy()}
         for ready in connection.wait(list(connections), _BETWEEN_LOOKS):
             each = connections[ready]  # pyright: ignore[reportArgumentType] - one of its keys
             try:
-                self._hear(each, each.connection.recv())
+                yield each, each.connection.recv()
             except (EOFError, ConnectionError):
-                self._replace(each)
+                yield each, None
 
     def _hear(self, each: _Worker, said: worker.Said) -> None:
         job = each.job
@@ -227,15 +239,8 @@ class _LocalRun:
             except (BrokenPipeError, ConnectionError):
                 each.job = None
         while self._busy() and time.monotonic() < until:
-            connections = {each.connection: each for each in self._busy()}
-            for ready in connection.wait(list(connections), _BETWEEN_LOOKS):
-                each = connections[ready]  # pyright: ignore[reportArgumentType] - one of its keys
-                try:
-                    said = each.connection.recv()
-                except (EOFError, ConnectionError):
-                    each.job = None
-                else:
-                    if said.kind == "advanced":
-                        continue
-                    self._hear(each, said) if said.kind == "done" else None
+            for each, said in self._received():
+                if said is not None and said.kind == "done":
+                    self._hear(each, said)
+                elif said is None or said.kind != "advanced":
                     each.job = None

@@ -8,6 +8,7 @@ sent last.
 import io
 import logging
 import os
+import shutil
 import tarfile
 import tempfile
 import threading
@@ -31,7 +32,6 @@ from touchdown.studies.worker import Said, attempt
 _BETWEEN_LOOKS = 0.5  # seconds
 _BETWEEN_SENDS = 5.0  # seconds between two folders sent of one job
 _PATIENCE = 60.0  # seconds for what is under way to be saved
-_REACHED_WITHIN = 30.0  # seconds
 
 
 class RayExecutor:
@@ -161,7 +161,6 @@ class _RayRun:
         self._workers = workers
         self._attempts = Attempts()
         self._running: dict[Any, Job] = {}
-        self._numbers: dict[str, int] = {}
         self._refused: str | None = None
         here = ray.get_runtime_context().get_node_id()
         strategy = NodeAffinitySchedulingStrategy(here, soft=True)
@@ -191,7 +190,7 @@ class _RayRun:
         while self._waiting and len(self._running) < self._workers():
             job = self._waiting.popleft()
             self._attempts.begin(job)
-            number = self._numbers[job.digest] = self._numbers.get(job.digest, 0) + 1
+            number = self._attempts.of(job.digest)
             folder = _pack(self._store / job.digest)
             self._running[self._work.remote(job, number, folder, self._mailbox)] = job
             self._on_event(Event(job.digest, "started"))
@@ -215,7 +214,7 @@ class _RayRun:
             self._unpack(folder, digest)
         for digest, number, each in said:
             # what a lost node had sent before may come after its job was begun elsewhere
-            if number == self._numbers.get(digest) and each.kind == "advanced":
+            if number == self._attempts.of(digest) and each.kind == "advanced":
                 self._on_event(Event(digest, "advanced", each.progress))
 
     def _end(self, job: Job, said: Said, folder: bytes) -> None:
@@ -297,4 +296,4 @@ def _unpack(packed: bytes, folder: Path) -> None:
             old.replace(folder)
         raise
     finally:
-        files.remove_folder(old)
+        shutil.rmtree(old, ignore_errors=True)

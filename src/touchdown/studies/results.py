@@ -150,6 +150,7 @@ def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
     at = [float(row["observations"]) for row in looks]
     means = [float(row["mean_return"]) for row in looks]
     ends = np.array([row["observations"] for row in episodes], float)
+    timed_out = [row["outcome"] == "timed out" for row in episodes]
     threshold = threshold_of(chosen.env_id)
     solved = math.inf if threshold is None else curves.first_reaching(at, means, threshold)
     until = float(ends[-1])
@@ -162,7 +163,7 @@ def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
         last_return=last.summary.mean,
         early_return=curves.area_under(at, means, until / 3),
         area=curves.area_under(at, means, until),
-        hover_share=float(np.mean([row["outcome"] == "timed out" for row in episodes])),
+        hover_share=float(np.mean(timed_out)),
         worst_return=min(episode.episode_return for episode in chosen.episodes),
         share_solved=chosen.summary.share_solved or 0.0,
         landed=chosen.summary.outcomes.get("landed", 0.0),
@@ -171,7 +172,7 @@ def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
         observations_to_solved=solved,
         seconds_to_solved=solved if math.isinf(solved) else float(np.interp(solved, ends, seconds)),
         validations=(tuple(at), tuple(means)),
-        hovering=_hovering(ends, [row["outcome"] == "timed out" for row in episodes]),
+        hovering=_hovering(ends, timed_out),
     )
 
 
@@ -190,8 +191,7 @@ def _hovering(
 class PidResult:
     """One tuning of the PID, and its test flights."""
 
-    tuner: str
-    seed: int
+    job: PidJob
     trained_return: float
     """The best mean over the training starts of the trials."""
     history: tuple[float, ...]
@@ -211,10 +211,7 @@ def read_pid(jobs: Sequence[PidJob], store: Store) -> list[PidResult]:
             continue
         told = files.read_json(folder / "tuning.json")
         test = read_evaluations(folder / "evaluation.json")[0]
-        tuning = job.tuning
-        found.append(
-            PidResult(tuning.tuner, tuning.seed, told["best_return"], tuple(told["history"]), test)
-        )
+        found.append(PidResult(job, told["best_return"], tuple(told["history"]), test))
     return found
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from touchdown.studies import store as stores
 from touchdown.studies.executors import Event, Executor
-from touchdown.studies.job import Job, Progress
+from touchdown.studies.job import BEGUN, Job, Progress
 from touchdown.studies.plan import Study
 from touchdown.studies.store import Store
 from touchdown.studies.work import TrainJob
@@ -31,7 +31,7 @@ class State:
         return (self.done + len(self.failed) + under_way) / self.total
 
 
-def jobs_of(studies: Sequence[tuple[Study, int]]) -> list[Job]:
+def jobs_of(studies: Sequence[tuple[Study, int]]) -> list[TrainJob]:
     """The training runs of some studies with so many seeds each, seed by seed, each once."""
     planned = [run for study, seeds in studies for run in study.runs(seeds)]
     planned.sort(key=lambda run: run.seed)  # stable: studies stay in their order
@@ -70,7 +70,7 @@ def run_jobs(
         def hear(event: Event) -> None:
             if event.kind == "started":
                 store.forget_failure(event.digest)
-                state.running[event.digest] = Progress(0.0)
+                state.running[event.digest] = BEGUN
             elif event.kind == "advanced":
                 state.running[event.digest] = event.progress
             else:

@@ -5,11 +5,13 @@ from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from touchdown import files
 from touchdown.errors import UserError, one_line
 from touchdown.studies.job import Job
+
+SomeJob = TypeVar("SomeJob", bound=Job)
 
 FORMAT_VERSION = 1
 DEFAULT_RESULTS = Path("runs") / "studies"
@@ -32,7 +34,7 @@ class Store:
         """Why jobs failed when they were last tried, a file each."""
         return self.path / "failed"
 
-    def missing(self, jobs: Sequence[Job]) -> list[Job]:
+    def missing(self, jobs: Sequence[SomeJob]) -> list[SomeJob]:
         """Those that are not done, each once, in their order."""
         each_once = {job.digest: job for job in jobs}
         return [job for job in each_once.values() if not job.is_done(self.runs)]

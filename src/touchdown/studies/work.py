@@ -7,17 +7,16 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from touchdown import device, files
+from touchdown import device, files, learning_curve
 from touchdown.config import Config
 from touchdown.errors import Interrupted
-from touchdown.figures import curve
 from touchdown.runs import evaluation as evaluations
 from touchdown.runs import folder as folders
 from touchdown.runs import pilots
 from touchdown.runs.evaluate import Fleet
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.pilots import NamedPilot
-from touchdown.runs.run import CURVE, Run, evaluations_of
+from touchdown.runs.run import Run, evaluations_of
 from touchdown.runs.train import Trainer
 from touchdown.seeding import TEST_STARTS
 from touchdown.studies.job import Progress
@@ -65,14 +64,8 @@ class TrainJob:
             trainer.run()
             last = NamedPilot(f"{folder.name}, last", trainer.last_pilot, self.config.env_id)
             _test(run, last, should_stop)
-        curve.save_learning_curve(
-            folder.path / CURVE,
-            files.read_jsonl(folder.episodes),
-            files.read_jsonl(folder.validations),
-            int(pilots.facts_of(folder.best)["observations"]),
-            f"{self.config.preset}, seed {self.config.seed}, on {self.config.env_id}",
-            threshold=evaluations.threshold_of(self.config.env_id),
-        )
+        config = self.config
+        learning_curve.save(run, f"{config.preset}, seed {config.seed}, on {config.env_id}")
 
 
 def _test(run: Run, last: NamedPilot, should_stop: Callable[[], bool]) -> None:
