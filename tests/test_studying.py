@@ -98,6 +98,18 @@ def test_runs_are_compared_on_a_page(done, tmp_path):
     assert "learning.gamma" in text
 
 
+def test_runs_of_settings_without_a_known_preset_are_compared_too(done, tmp_path):
+    _, results = done
+    first, second = sorted((results / "runs").iterdir())[:2]
+    runs = tmp_path / "runs"
+    for source in (first, second):
+        shutil.copytree(source, runs / source.name)
+        settings = runs / source.name / "config.toml"
+        settings.write_text(settings.read_text().replace('"cartpole"', '"cartpole-tuned"'))
+    page = studying.compare([first.name, second.name], out=tmp_path / "out", runs_dir=runs)
+    assert "2 runs of" in page.read_text()
+
+
 def test_what_is_still_to_do_is_estimated_from_the_speed_of_what_is_done(done):
     file, results = done
     found = studying.estimate_study(str(file), seeds=4, workers=2, results_dir=results)

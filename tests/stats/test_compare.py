@@ -40,6 +40,12 @@ def test_seeds_that_all_agree_are_the_same_or_they_are_not():
     assert (different.p_value, different.seeds_needed) == (0, 2)
 
 
+def test_seeds_that_all_agree_on_one_side_are_compared_without_a_warning():
+    found = compare([82.35, 82.35, 82.35], [210, 214, 218])
+    # the base has no variance: Student's t of the other alone
+    assert_allclose(found.p_value, stats.ttest_1samp([210, 214, 218], 82.35).pvalue, rtol=1e-6)
+
+
 def test_a_difference_that_hardly_is_one_is_given_up():
     rng = np.random.default_rng(0)
     sample = rng.normal(size=20)

@@ -42,7 +42,7 @@ def write_comparison(runs: Sequence[Run], out: Path) -> Path:
         groups.setdefault(dataclasses.replace(run.config, seed=0).digest, []).append(run)
     labels = _labels([of[0] for of in groups.values()])
     levels = tuple(
-        Level(label, configs.to_dict(of[0].config))
+        Level(label, _settings_of(of[0].config))
         for label, of in zip(labels, groups.values(), strict=True)
     )
     study = Study(
@@ -67,6 +67,11 @@ def write_comparison(runs: Sequence[Run], out: Path) -> Path:
     )
     write_page(page, out / PAGE)
     return out / PAGE
+
+
+def _settings_of(config: Config) -> dict[str, Any]:
+    """All settings, without the preset: its name may be one that only that run knows."""
+    return {name: value for name, value in configs.to_dict(config).items() if name != "preset"}
 
 
 def _differing(runs: Sequence[Run]) -> dict[str, list[Any]]:
