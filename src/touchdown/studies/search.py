@@ -1,6 +1,7 @@
 """Searching an agent's settings with Optuna: several seeds a trial, pruned by the median."""
 
 import dataclasses
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -251,7 +252,10 @@ def _importance(
 ) -> dict[str, float]:
     if len(complete) < 2 * _STARTUP:
         return {}
-    evaluator = optuna.importance.PedAnovaImportanceEvaluator()
+    with warnings.catch_warnings():
+        # it needs no other package, but Optuna calls it experimental
+        warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+        evaluator = optuna.importance.PedAnovaImportanceEvaluator()
     return dict(optuna.importance.get_param_importances(study, evaluator=evaluator))
 
 

@@ -1,0 +1,109 @@
+"""What running trainings as a study costs: the same runs back to back, and as a study.
+
+    python benchmarks/study_overhead.py --runs 8 --rounds 2
+
+Back to back: as many processes as workers, one thread each, each with its part of the runs in a
+plain loop from training to the last test flight. As a study: the same runs handed out by the
+study's runner to as many workers. The two take turns on one machine, each with fresh folders; the
+processes' start and imports count on both sides.
+"""
+
+import argparse
+import multiprocessing
+import os
+import statistics
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from touchdown import cores
+from touchdown.runs.folder import cpu_name
+from touchdown.studies import paper, runner
+from touchdown.studies import store as stores
+from touchdown.studies.executors import LocalExecutor
+from touchdown.studies.store import Store
+from touchdown.studies.work import TrainJob
+
+
+def jobs_of(runs: int, observations: int) -> list[TrainJob]:
+    """The paper's best agent at the quick scale, a run a seed that no study reports."""
+    cells = paper.studies("quick")["ladder"].cells()
+    config = next(cell.config for cell in cells if cell.labels == (paper.BEST,))
+    training = replace(config.training, max_observations=observations)
+    return [
+        TrainJob(replace(config, seed=20_000 + seed, training=training)) for seed in range(runs)
+    ]
+
+
+def do_all(jobs: Sequence[TrainJob], store: Path) -> None:
+    """One after the other, in this process."""
+    for job in jobs:
+        job.perform(store, lambda: False, lambda _: None)
+
+
+def back_to_back(jobs: Sequence[TrainJob], workers: int, store: Store) -> float:
+    """Seconds of wall clock in plain processes."""
+    began = time.perf_counter()
+    context = multiprocessing.get_context("spawn")
+    with cores.one_thread_each():
+        processes = [
+            context.Process(target=do_all, args=(jobs[first::workers], store.runs))
+            for first in range(workers)
+        ]
+        for process in processes:
+            process.start()
+        for process in processes:
+            process.join()
+    seconds = time.perf_counter() - began
+    _check(jobs, store)
+    return seconds
+
+
+def as_study(jobs: Sequence[TrainJob], workers: int, store: Store) -> float:
+    """Seconds of wall clock as a study."""
+    began = time.perf_counter()
+    runner.run_jobs(jobs, store, LocalExecutor(workers))
+    seconds = time.perf_counter() - began
+    _check(jobs, store)
+    return seconds
+
+
+def _check(jobs: Sequence[TrainJob], store: Store) -> None:
+    if missing := store.missing(jobs):
+        raise SystemExit(f"{len(missing)} runs did not come to their end")
+
+
+def main() -> None:
+    """Take turns and print both times."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--runs", type=int, default=8)
+    parser.add_argument("--rounds", type=int, default=2)
+    parser.add_argument("--workers", type=int, default=cores.available())
+    parser.add_argument("--observations", type=int, default=40_000, help="of a run")
+    args = parser.parse_args()
+    print(
+        f"{cpu_name()}, {os.cpu_count()} cores; {args.runs} runs of {args.observations:,} "
+        f"observations by {args.workers} workers",
+        flush=True,
+    )
+    jobs = jobs_of(args.runs, args.observations)
+    ratios: list[float] = []
+    for count in range(1, args.rounds + 1):
+        seconds: list[float] = []
+        for way in (back_to_back, as_study):
+            with tempfile.TemporaryDirectory() as name:
+                store = stores.open_store(Path(name) / "results", make=True)
+                seconds.append(way(jobs, args.workers, store))
+        ratios.append(seconds[0] / seconds[1])
+        print(
+            f"round {count}: back to back {seconds[0]:.1f} s, as a study {seconds[1]:.1f} s, "
+            f"share {ratios[-1]:.1%}",
+            flush=True,
+        )
+    print(f"share of the study's wall clock that its runs take: {statistics.median(ratios):.1%}")
+
+
+if __name__ == "__main__":
+    main()

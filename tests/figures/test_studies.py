@@ -1,0 +1,81 @@
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from numpy.testing import assert_allclose
+
+from touchdown.figures import studies
+from touchdown.figures.studies import Point, Row
+
+LOW, HIGH = np.array([10.0, 12.0, 14.0]), np.array([200.0, 210.0, 220.0])
+
+
+def new_axes():
+    return Figure().subplots()
+
+
+def test_levels_on_an_axis_have_their_seeds_their_mean_and_its_interval():
+    lines = {"one layer": [Point(10, LOW), Point(20, HIGH)]}
+    ax = studies.draw_over_axis(new_axes(), lines, "nodes", 20)
+    seeds = [tuple(point) for dots in ax.collections for point in dots.get_offsets()]
+    assert {(10, 10), (10, 14), (20, 220)} <= set(seeds)
+    (container,) = ax.containers
+    line, _, (bars,) = container
+    assert_allclose(line.get_ydata(), [12, 210])
+    first, second = bars.get_segments()
+    # Student's t of three seeds: 4.303 standard errors
+    assert_allclose(first[:, 1], 12 + 4.3027 * 2 / 3**0.5 * np.array([-1, 1]), rtol=1e-4)
+    assert_allclose(second[:, 1], 210 + 4.3027 * 10 / 3**0.5 * np.array([-1, 1]), rtol=1e-4)
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["one layer"]
+    assert ax.get_xlabel() == "nodes"
+
+
+@pytest.mark.parametrize(
+    ("positions", "scale"),
+    [((1, 2, 3), "linear"), ((1, 100, 10_000), "symlog"), ((0.9, 0.99, 0.999), "function")],
+)
+def test_positions_far_apart_or_crowding_towards_one_are_spread(positions, scale):
+    lines = {"": [Point(position, LOW) for position in positions]}
+    ax = studies.draw_over_axis(new_axes(), lines, "x")
+    assert ax.get_xscale() == scale
+    assert ax.get_legend() is None
+    at = ax.transData.transform([(position, 0) for position in positions])[:, 0]
+    gaps = np.diff(at)
+    assert_allclose(gaps, gaps[0], rtol=0.01)
+
+
+def test_long_numbers_on_an_axis_are_short():
+    ax = studies.draw_over_axis(new_axes(), {"": [Point(100, LOW), Point(10_000, LOW)]}, "x")
+    assert [text.get_text() for text in ax.get_xticklabels()] == ["100", "10k"]
+
+
+def test_a_list_of_levels_reads_from_the_top_and_names_what_it_is_compared_with():
+    rows = [Row("dqn", LOW), Row("target", HIGH, is_base=True)]
+    ax = studies.draw_rows(new_axes(), rows, {"PID": 222.0})
+    assert [text.get_text() for text in ax.get_yticklabels()] == ["dqn", "target"]
+    assert ax.get_ylim()[0] > ax.get_ylim()[1]
+    assert {text.get_text() for text in ax.texts} == {"12", "210", "PID"}
+    colours = {line.get_color() for line in ax.get_lines()}
+    assert len(colours) == 3
+
+
+def test_a_map_says_mean_and_seeds_of_each_cell_and_leaves_out_what_is_missing():
+    means = np.array([[100.0, np.nan], [150.0, 200.0]])
+    counts = np.array([[3.0, 0.0], [3.0, 2.0]])
+    ax = studies.draw_map(
+        new_axes(), ("decay", ["0.9", "0.99"]), ("γ", ["0.95", "0.99"]), means, counts
+    )
+    texts = {text.get_text(): text.get_position() for text in ax.texts}
+    assert texts == {"100\nn = 3": (0, 0), "150\nn = 3": (0, 1), "200\nn = 2": (1, 1)}
+
+
+def test_numbers_have_room_and_outliers_do_not_squeeze_the_rest():
+    ax = studies.finish(new_axes(), "return", np.array([-4_000.0, 100.0, 200.0]), "y")
+    assert -400 < ax.get_ylim()[0] < -300
+    assert ax.get_ylim()[1] > 200
+    assert ax.get_ylabel() == "return"
+
+
+def test_shares_are_per_cent_from_nothing():
+    ax = studies.finish(new_axes(), "share", np.array([0.0, 0.5]), "x", shares=True)
+    assert_allclose(ax.get_xlim(), (-0.02, 0.6))
+    assert ax.xaxis.get_major_formatter()(0.5) == "50%"

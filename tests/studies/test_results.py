@@ -1,0 +1,125 @@
+import json
+import math
+
+import pytest
+from numpy.testing import assert_allclose
+
+from touchdown import files
+from touchdown.errors import UserError
+from touchdown.runs.evaluate import EpisodeResult
+from touchdown.runs.evaluation import Evaluation, write_evaluations
+from touchdown.runs.run import CURVE
+from touchdown.stats.summary import summarise
+from touchdown.studies.plan import Factor, Study, levels_of
+from touchdown.studies.results import read_pid, read_run, read_study
+from touchdown.studies.store import open_store
+from touchdown.studies.tuners import Tuning
+from touchdown.studies.work import LAST, PidJob
+
+LANDER = "LunarLander-v3"
+
+
+def evaluation(returns):
+    episodes = [
+        EpisodeResult(1_000_000 + i, value, 300, "landed" if value >= 200 else "crashed", 20.0)
+        for i, value in enumerate(returns)
+    ]
+    outcomes = [episode.outcome for episode in episodes]
+    counted = [300] * len(returns), outcomes, [20.0] * len(returns), 200.0
+    return Evaluation("made up", LANDER, episodes, summarise(returns, *counted))
+
+
+def lines(path, rows):
+    path.write_text("".join(json.dumps(row) + "\n" for row in rows))
+
+
+def write_run(path, returns=(100.0, 300.0), last=None):
+    """A finished run of 4,000 observations and 40 seconds, half of whose episodes hovered."""
+    path.mkdir(parents=True)
+    ends = (1_000, 2_000, 3_000, 4_000)
+    outcomes = ("timed out", "timed out", "crashed", "landed")
+    lines(
+        path / "episodes.jsonl",
+        [
+            {"observations": end, "seconds": end / 100, "outcome": outcome}
+            for end, outcome in zip(ends, outcomes, strict=True)
+        ],
+    )
+    looks = ((0, 0.0), (2_000, 100.0), (3_500, 250.0))
+    lines(
+        path / "validations.jsonl",
+        [{"observations": at, "mean_return": mean} for at, mean in looks],
+    )
+    write_evaluations(path / "evaluation.json", [evaluation(returns)], {})
+    if last is not None:
+        write_evaluations(path / LAST, [evaluation(last)], {})
+    (path / CURVE).touch()
+
+
+def test_a_finished_run_is_read_in_numbers(tmp_path):
+    write_run(tmp_path / "abc", last=(50.0, 150.0))
+    run = read_run(tmp_path / "abc", ("0.9",), 3)
+    assert (run.digest, run.labels, run.seed) == ("abc", ("0.9",), 3)
+    assert (run.best_return, run.last_return, run.worst_return) == (200, 100, 100)
+    assert (run.share_solved, run.landed, run.hover_share) == (0.5, 0.5, 0.5)
+    assert (run.observations, run.seconds) == (4_000, 40)
+    # trapezoids 100 000 to 2,000, 262 500 to 3,500, then 250 to the end
+    assert_allclose(run.area, (100_000 + 262_500 + 125_000) / 4_000)
+    # rising from 0 by one in twenty: half of what it is at a third of the way
+    assert_allclose(run.early_return, 4_000 / 3 / 20 / 2)
+    assert (run.observations_to_solved, run.seconds_to_solved) == (3_500, 35)
+    at, shares = run.hovering
+    assert_allclose(at, (1_000, 2_000, 3_000, 4_000), atol=4_000 / 24)
+    assert shares == (1, 1, 0, 0)
+
+
+def test_a_run_without_flights_of_its_last_weights_is_judged_by_the_chosen_ones(tmp_path):
+    write_run(tmp_path / "abc")
+    assert read_run(tmp_path / "abc", (), 0).last_return == 200
+
+
+def test_a_run_that_never_got_there_is_shown_as_such(tmp_path):
+    write_run(tmp_path / "abc")
+    lines(tmp_path / "abc/validations.jsonl", [{"observations": 500, "mean_return": 199.9}])
+    run = read_run(tmp_path / "abc", (), 0)
+    assert math.isinf(run.observations_to_solved)
+    assert math.isinf(run.seconds_to_solved)
+
+
+def test_a_broken_run_is_named(tmp_path):
+    write_run(tmp_path / "abc")
+    (tmp_path / "abc/episodes.jsonl").write_text("{}\n")
+    with pytest.raises(UserError, match=r"episodes\.jsonl"):
+        read_run(tmp_path / "abc", (), 0)
+
+
+def test_a_study_knows_what_is_done_what_failed_and_what_is_missing(tmp_path):
+    study = Study(
+        name="discount", factors=(Factor("γ", levels_of("learning.gamma", [0.9, 0.99])),), seeds=2
+    )
+    store = open_store(tmp_path, make=True)
+    done, failed, *_ = study.runs()
+    write_run(store.runs / done.digest)
+    store.note_failure(failed.digest, "it diverged")
+    found = read_study(study, 2, store)
+    assert (found.planned, len(found.runs), found.missing) == (4, 1, 2)
+    assert found.failed == {failed.digest: "it diverged"}
+    assert found.values(("0.9",)).tolist() == [200]
+    assert found.values(("0.99",)).tolist() == []
+    (row,) = found.table().to_dicts()
+    assert (row["study"], row["γ"], row["seed"], row["best_return"]) == ("discount", "0.9", 0, 200)
+    assert row["observations_to_solved"] == 3_500
+
+
+def test_tunings_that_are_done_are_read(tmp_path):
+    store = open_store(tmp_path, make=True)
+    done, missing = (PidJob(Tuning(tuner="tpe", seed=seed, trials=2)) for seed in range(2))
+    folder = store.runs / done.digest
+    folder.mkdir()
+    files.write_atomic(
+        folder / "tuning.json", files.to_json({"best_return": 210.0, "history": [90.0, 210.0]})
+    )
+    write_evaluations(folder / "evaluation.json", [evaluation([190.0, 210.0])], {})
+    (found,) = read_pid([done, missing], store)
+    assert (found.job, found.trained_return, found.history) == (done, 210, (90, 210))
+    assert found.test.summary.mean == 200
