@@ -69,7 +69,7 @@ RunName = Annotated[str, arg(metavar="RUN", help="A run's name in the runs folde
 ResultsDir = Annotated[Path, arg(help="Folder where studies keep their runs and reports.")]
 Scale = Annotated[
     Literal["quick", "full"],
-    arg(help="Of the paper's studies: quick is for two cores in an hour, full is the paper's."),
+    arg(help="Of the paper's studies: quick is for two cores and 45 minutes, full is the paper's."),
 ]
 LastScale = Annotated[
     Literal["quick", "full"] | None,
@@ -565,9 +565,14 @@ class Show:
 
 @dataclass(frozen=True, kw_only=True)
 class Export:
-    """Write a run's best pilot for others to fly, with a card that says what it is."""
+    """Write a pilot for others to fly, with a card that says what it is."""
 
-    name: Annotated[Positional[RunName], arg(metavar="RUN")]
+    name: Annotated[
+        Positional[str],
+        arg(
+            metavar="RUN", help="A run's name in the runs folder, or its folder; ace comes with it."
+        ),
+    ]
     format: Annotated[
         Literal["onnx", "safetensors"],
         arg(

@@ -1,6 +1,7 @@
 """What the verbs of the command line do, as functions for a notebook."""
 
 from dataclasses import replace
+from importlib import resources
 from pathlib import Path
 
 from rich.console import Console
@@ -10,7 +11,8 @@ from touchdown.agents.build import check_fits
 from touchdown.config import Config
 from touchdown.control.pid import PIDConfig, Rule
 from touchdown.errors import UserError
-from touchdown.exports.export import Export, Format, export_run
+from touchdown.exports import source as sources
+from touchdown.exports.export import Export, Format, write_export
 from touchdown.lander import env as lander
 from touchdown.lander import flight as flights
 from touchdown.lander import render
@@ -208,10 +210,12 @@ def export(
     out: Path | str | None = None,
     runs_dir: Path | str = DEFAULT_RUNS,
 ) -> Export:
-    """Write a run's best pilot for others to fly, with a card that says what it is.
+    """Write a pilot for others to fly, with a card that says what it is.
 
     Args:
-        run: a run, its name or its folder.
+        run: a run, its name or its folder, or the name of a pilot that comes with touchdown. A run
+            goes before a pilot of the same name, and its own test flights are on its card; a pilot
+            that comes with touchdown is flown from the test starts for it.
         format: `onnx`, flown by any ONNX runtime and checked against the pilot before it is
             written, or `safetensors`, our own.
         out: the folder to make; `<run>-<format>` in the current one if None.
@@ -223,8 +227,14 @@ def export(
             the pilot does.
     """
     device.use_default()
-    found = run if isinstance(run, Run) else show(run, runs_dir)
-    return export_run(found, format, None if out is None else Path(out))
+    folder = None if out is None else Path(out)
+    if not isinstance(run, Run):
+        shipped = pilots.shipped(run, Path(runs_dir))
+        if shipped is not None:
+            with resources.as_file(shipped) as weights:
+                return write_export(sources.of_shipped(weights), format, folder)
+        run = show(run, runs_dir)
+    return write_export(sources.of_run(run), format, folder)
 
 
 def show(run: str, runs_dir: Path | str = DEFAULT_RUNS) -> Run:

@@ -164,6 +164,41 @@ def test_a_table_is_exported_too(tmp_path, monkeypatch):
     assert touchdown.evaluate(export.files[0], episodes=3).episodes == run.evaluation.episodes
 
 
+def test_a_pilot_that_comes_with_touchdown_is_exported_with_flights_of_its_own(
+    tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(agreement, "OBSERVATIONS", 500)
+    config = presets.preset("ace")
+    short = replace(config, training=replace(config.training, test_episodes=3))
+    monkeypatch.setattr(presets, "preset", lambda _name: short)
+    export = touchdown.export("ace")
+    assert export.folder == Path("ace-onnx")
+    assert export.agreement.differing <= export.agreement.close
+    card = export.files[-1].read_text("utf-8")
+    facts = header(card)["model-index"][0]["results"][0]["metrics"]
+    assert facts[1]["value"] == 3
+    assert "trained with:" not in card
+    assert touchdown.evaluate(export.files[0], episodes=3).summary.mean == pytest.approx(
+        touchdown.evaluate("ace", episodes=3).summary.mean
+    )
+
+
+def test_what_comes_with_touchdown_is_of_its_preset():
+    shipped = [path for path in pilots.SHIPPED.iterdir() if path.suffix == ".safetensors"]
+    assert shipped
+    for weights in shipped:
+        found = pilots.read_weights(weights)
+        assert found.model.config == presets.preset(weights.stem).network
+
+
+def test_a_run_goes_before_a_pilot_that_comes_with_touchdown(tmp_path):
+    run = made(tmp_path / "runs", "pilot")
+    run.path.rename(tmp_path / "runs" / "ace")
+    export = touchdown.export("ace", "safetensors", runs_dir=tmp_path / "runs", out=tmp_path / "a")
+    assert "preset `pilot`" in (export.folder / "README.md").read_text("utf-8")
+
+
 def test_what_is_there_is_not_written_over(run, tmp_path):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.txt").write_text("years of work")

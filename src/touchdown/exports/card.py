@@ -1,37 +1,39 @@
 """A model card: what a pilot is and how well it flies, as a README that Hugging Face reads."""
 
 import json
+from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Any, cast
 
 from touchdown import config as configs
-from touchdown import files
+from touchdown.config import Config
 from touchdown.exports.agreement import Agreement
+from touchdown.exports.source import Source
 from touchdown.runs.evaluation import Evaluation
 from touchdown.runs.pilots import facts_of
-from touchdown.runs.run import Run
 from touchdown.tables import evaluation_rows
 
 
-def model_card(run: Run, model_file: str, agreement: Agreement | None) -> str:
-    """The text of a `README.md`, YAML first, with the run's results if it has any.
+def model_card(source: Source, model_file: str, agreement: Agreement | None) -> str:
+    """The text of a `README.md`, YAML first, with the pilot's results if it has any.
 
     Args:
-        run: that the pilot is of.
+        source: the pilot.
         model_file: the name of the file beside the card.
         agreement: of an ONNX model with the pilot; None for weights in our own format.
 
     Raises:
-        UserError: a file of the run is missing or broken.
+        UserError: one of the pilot's files is broken.
     """
-    evaluation = run.evaluation
+    evaluation = source.evaluate()
+    config = source.config
     parts = [
-        _header(run, evaluation),
-        f"# {run.name}\n\n{_what_it_is(run)}",
+        _header(source, evaluation),
+        f"# {source.name}\n\n{_what_it_is(config)}",
         "## Results\n\n" + (_results(evaluation) if evaluation else _NO_RESULTS),
         "## Fly it\n\n" + _how_to_fly(model_file, agreement),
-        f"## Settings\n\n```toml\n{configs.to_toml(run.config).strip()}\n```",
-        "## Where it comes from\n\n" + _provenance(run),
+        f"## Settings\n\n```toml\n{configs.to_toml(config).strip()}\n```",
+        "## Where it comes from\n\n" + _provenance(source),
     ]
     return "\n\n".join(parts) + "\n"
 
@@ -42,9 +44,9 @@ _NO_RESULTS = (
 )
 
 
-def _header(run: Run, evaluation: Evaluation | None) -> str:
+def _header(source: Source, evaluation: Evaluation | None) -> str:
     """YAML, of which JSON is a part: texts are quoted as JSON quotes them."""
-    config = run.config
+    config = source.config
     tags = [config.env_id, "deep-reinforcement-learning", "reinforcement-learning"]
     tags += ["touchdown", config.algorithm, config.preset]
     lines = ["---", 'library_name: "touchdown"', "tags:"]
@@ -54,7 +56,7 @@ def _header(run: Run, evaluation: Evaluation | None) -> str:
         mean = f"{summary.mean:.1f} +/- {summary.sd:.1f}"
         lines += [
             "model-index:",
-            f"- name: {_quoted(run.name)}",
+            f"- name: {_quoted(source.name)}",
             "  results:",
             "  - task:",
             '      type: "reinforcement-learning"',
@@ -74,8 +76,7 @@ def _header(run: Run, evaluation: Evaluation | None) -> str:
     return "\n".join([*lines, "---"])
 
 
-def _what_it_is(run: Run) -> str:
-    config = run.config
+def _what_it_is(config: Config) -> str:
     return (
         f"A greedy pilot for Gymnasium's {config.env_id}, trained with touchdown "
         f"(preset `{config.preset}`, algorithm `{config.algorithm}`, training seed {config.seed})."
@@ -110,15 +111,14 @@ def _how_to_fly(model_file: str, agreement: Agreement | None) -> str:
     )
 
 
-def _provenance(run: Run) -> str:
-    made = files.read_json(run.folder.provenance)
-    facts = facts_of(run.folder.best)
+def _provenance(source: Source) -> str:
+    facts = facts_of(source.weights)
     rows: dict[str, Any] = {
-        "run": run.name,
-        "config digest": run.config.digest,
-        "training seed": run.config.seed,
-        "trained with": _versions(made),
-        "source": made.get("git_commit"),
+        "run": source.name,
+        "config digest": source.config.digest,
+        "training seed": source.config.seed,
+        "trained with": _versions(source.made),
+        "source": source.made.get("git_commit"),
         "exported with": f"touchdown {version('touchdown')}",
         "checkpoint": f"after {facts['observations']:,} observations"
         if isinstance(facts.get("observations"), int)
@@ -127,7 +127,7 @@ def _provenance(run: Run) -> str:
     return "\n".join(f"- {name}: {value}" for name, value in rows.items() if value is not None)
 
 
-def _versions(made: dict[str, Any]) -> str | None:
+def _versions(made: Mapping[str, Any]) -> str | None:
     versions = made.get("versions")
     if not isinstance(versions, dict):
         return None

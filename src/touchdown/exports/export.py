@@ -1,4 +1,4 @@
-"""A run's pilot in a folder of its own: the model, its card, and what flies it."""
+"""A pilot in a folder of its own: the model, its card, and what flies it."""
 
 import json
 from dataclasses import dataclass
@@ -14,10 +14,10 @@ from touchdown.exports import agreement as agreements
 from touchdown.exports import graph
 from touchdown.exports.agreement import Agreement
 from touchdown.exports.card import model_card
+from touchdown.exports.source import Source
 from touchdown.foreign.onnx_pilot import OnnxModel
 from touchdown.runs import pilots
 from touchdown.runs.pilots import Weights
-from touchdown.runs.run import Run
 
 Format = Literal["onnx", "safetensors"]
 CARD, EXAMPLE = "README.md", "fly_onnx.py"
@@ -34,36 +34,35 @@ class Export:
     """Of an ONNX model with the pilot that it was made of; None for another format."""
 
 
-def export_run(run: Run, file_format: Format, out: Path | None = None) -> Export:
-    """Write a run's best pilot for others to fly: all of the folder, or nothing.
+def write_export(source: Source, file_format: Format, out: Path | None = None) -> Export:
+    """Write a pilot for others to fly: all of the folder, or nothing.
 
     Args:
-        run: with weights, finished or not.
+        source: the pilot.
         file_format: `onnx`, or `safetensors`, our own.
-        out: the folder to make; `<run>-<format>` here if None.
+        out: the folder to make; `<name>-<format>` here if None.
 
     Raises:
-        UserError: the folder is there already or cannot be written, the run has no weights yet or
-            broken files, something is not installed, or the model does not fly as the pilot does.
+        UserError: the folder is there already or cannot be written, the pilot's files are broken,
+            something is not installed, or the model does not fly as the pilot does.
     """
     if file_format not in get_args(Format):
         raise UserError(f"format {file_format!r}: must be one of {', '.join(get_args(Format))}")
-    folder = out if out is not None else Path(f"{run.name}-{file_format}")
+    folder = out if out is not None else Path(f"{source.name}-{file_format}")
     if folder.exists():
         raise UserError(f"out {str(folder)!r}: is there already; choose another folder")
     if file_format == "onnx":
         graph.check_installed()
-    path = pilots.best_weights(run.folder)
-    weights = pilots.read_weights(path)
-    name = f"{run.name}.{file_format}"
+    weights = pilots.read_weights(source.weights)
+    name = f"{source.name}.{file_format}"
     agreement, content = None, dict[str, bytes]()
     if file_format == "onnx":
-        content[name], agreement = _checked_onnx(run, weights)
+        content[name], agreement = _checked_onnx(source, weights)
         example = resources.files("touchdown.exports") / EXAMPLE
         content[EXAMPLE] = example.read_bytes()
     else:
-        content[name] = files.read_bytes(path, path.stat().st_size)
-    content[CARD] = model_card(run, name, agreement).encode()
+        content[name] = files.read_bytes(source.weights, source.weights.stat().st_size)
+    content[CARD] = model_card(source, name, agreement).encode()
 
     def fill(temporary: Path) -> None:
         for each, data in content.items():
@@ -74,12 +73,12 @@ def export_run(run: Run, file_format: Format, out: Path | None = None) -> Export
     return Export(folder, tuple(folder / each for each in content), agreement)
 
 
-def _checked_onnx(run: Run, weights: Weights) -> tuple[bytes, Agreement]:
+def _checked_onnx(source: Source, weights: Weights) -> tuple[bytes, Agreement]:
     model, spaces = weights.model, weights.spaces
-    config = run.config
+    config = source.config
     metadata = {
         "env_id": weights.env_id,
-        "run": run.name,
+        "run": source.name,
         "preset": config.preset,
         "seed": str(config.seed),
         "config_digest": config.digest,

@@ -71,13 +71,16 @@ def write_video(flights: Flight | Sequence[Flight], path: Path) -> None:
         write_mp4(flights, path)
 
 
-def write_gif(flights: Flight | Sequence[Flight], path: Path, fps: int = _GIF_FPS) -> None:
+def write_gif(
+    flights: Flight | Sequence[Flight], path: Path, fps: int = _GIF_FPS, scale: float = 1.0
+) -> None:
     """Write flights as an animated GIF; it plays for ever.
 
     Args:
         flights: one, or several of the same world.
         path: of the file.
         fps: pictures a second, at most; steps between two pictures are left out.
+        scale: 1 is 600 pixels wide; it has no effect on a world that draws its own pictures.
 
     Raises:
         UserError: the file cannot be written.
@@ -87,7 +90,8 @@ def write_gif(flights: Flight | Sequence[Flight], path: Path, fps: int = _GIF_FP
     durations: list[int] = []
 
     def frames() -> Iterator[Image.Image]:
-        for image, seconds in chain.from_iterable(pictures(flight, fps) for flight in shown):
+        film = chain.from_iterable(pictures(flight, fps, scale) for flight in shown)
+        for image, seconds in film:
             # the format counts hundredths; the writer reads a duration after taking its picture
             durations.append(10 * round(100 * seconds))
             yield image.quantize(palette=palette, dither=Image.Dither.NONE)

@@ -36,6 +36,8 @@ from touchdown.types import FloatArray
 PAGE = "index.html"
 _FIGURES = "figures"
 _ALIKE_STARTS = 30
+# a page carries a film a section: a third of the bytes of a film by itself
+_FILM_FPS, _FILM_SCALE = 12, 0.6
 _PACKAGES = ("touchdown", "gymnasium", "jax", "numpy", "scipy", "statsmodels")
 
 
@@ -95,20 +97,20 @@ class Builder:
             lead=lead + _gaps(results),
             claims=sections.claim_rows(decisions),
             pictures=tuple(pictures),
-            films=self._film_of(results, name),
+            films=self._film_of(results, name, metric),
             tables=(
                 sections.level_table(results, metric),
                 sections.run_table(results, self.runs, self.beside),
             ),
         )
 
-    def _film_of(self, results: StudyResults, name: str) -> tuple[Film, ...]:
-        """The flight in the middle of the run that did best."""
-        best = max(results.runs, key=lambda run: run.best_return)
-        folder = RunFolder(self.runs / best.digest)
+    def _film_of(self, results: StudyResults, name: str, metric: str) -> tuple[Film, ...]:
+        """The flight in the middle of the run that has the most of what the section is about."""
+        most = max(results.runs, key=lambda run: getattr(run, metric))
+        folder = RunFolder(self.runs / most.digest)
         test = evaluations.read_evaluations(folder.evaluation)[0]
         pilot = pilots.load_run(folder)
-        said = f"{' · '.join(best.labels)}, seed {best.seed}"
+        said = f"{' · '.join(most.labels)}, seed {most.seed}"
         return (self.film(pilot, test, name, said),)
 
     def film(self, pilot: pilots.NamedPilot, test: Evaluation, name: str, said: str) -> Film:
@@ -116,7 +118,7 @@ class Builder:
         start = evaluations.median_start(test)
         path = self.figures / f"{name}.gif"
         flight = flights.record_flight(pilot.pilot, pilot.env_id, start, said)
-        render.write_video(flight, path)
+        render.write_gif(flight, path, _FILM_FPS, _FILM_SCALE)
         return Film(
             path,
             f"{said}: {flight.outcome} after {flight.steps} steps",

@@ -5,6 +5,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from importlib import resources
+from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -123,11 +124,26 @@ def load(
         return _controller(name, env_id)
     if path.suffix in folders.PILOT_FILES:
         return _from_file(path, env_id)
-    shipped = SHIPPED / f"{name}.safetensors"
-    if configs.is_plain_name(name) and not (runs_dir / name).is_dir() and shipped.is_file():
-        with resources.as_file(shipped) as weights:
-            return load_weights(weights)
+    weights = shipped(name, runs_dir)
+    if weights is not None:
+        with resources.as_file(weights) as path:
+            return load_weights(path)
     return load_run(folders.find(name, runs_dir))
+
+
+def shipped(name: str, runs_dir: Path) -> Traversable | None:
+    """The weights of a pilot that comes with touchdown.
+
+    Args:
+        name: of the pilot.
+        runs_dir: a run of that name goes before it.
+
+    Returns:
+        The file; None if a run goes before it, or no such pilot comes with touchdown.
+    """
+    weights = SHIPPED / f"{name}.safetensors"
+    is_its_name = configs.is_plain_name(name) and not (runs_dir / name).is_dir()
+    return weights if is_its_name and weights.is_file() else None
 
 
 def _controller(name: str, env_id: str) -> NamedPilot:

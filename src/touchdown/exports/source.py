@@ -1,0 +1,55 @@
+"""What is exported: a run's pilot, or one that comes with touchdown."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from touchdown import files, presets
+from touchdown.config import Config
+from touchdown.runs import evaluation as evaluations
+from touchdown.runs import pilots
+from touchdown.runs.evaluation import Evaluation
+from touchdown.runs.run import Run
+from touchdown.seeding import TEST_STARTS
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """A pilot with all that its card tells."""
+
+    name: str
+    weights: Path
+    """Of `pilots.save_weights`."""
+    config: Config
+    made: Mapping[str, Any]
+    """Versions and commit that it was trained with, as far as they are known."""
+    evaluate: Callable[[], Evaluation | None]
+    """Its test flights; None where it had none."""
+
+
+def of_run(run: Run) -> Source:
+    """A run's best pilot, with the test flights that the run made.
+
+    Raises:
+        UserError: the run has no weights yet, or broken files.
+    """
+    weights = pilots.best_weights(run.folder)
+    made = files.read_json(run.folder.provenance)
+    return Source(run.name, weights, run.config, made, lambda: run.evaluation)
+
+
+def of_shipped(weights: Path) -> Source:
+    """A pilot that comes with touchdown: its preset's, and flown from the test starts here.
+
+    Raises:
+        UserError: the file is broken.
+    """
+    _, metadata = files.read_tensors(weights)
+    config = replace(presets.preset(metadata["preset"]), seed=int(metadata["seed"]))
+    starts = TEST_STARTS[: config.training.test_episodes]
+
+    def evaluate() -> Evaluation:
+        return evaluations.evaluate_pilot(pilots.load_weights(weights), starts)
+
+    return Source(weights.stem, weights, config, {}, evaluate)
