@@ -1,59 +1,17 @@
-import json
 import math
 
 import pytest
+from finished_runs import evaluation, lines, write_run
 from numpy.testing import assert_allclose
 
 from touchdown import files
 from touchdown.errors import UserError
-from touchdown.runs.evaluate import EpisodeResult
-from touchdown.runs.evaluation import Evaluation, write_evaluations
-from touchdown.runs.run import CURVE
-from touchdown.stats.summary import summarise
+from touchdown.runs.evaluation import write_evaluations
 from touchdown.studies.plan import Factor, Study, levels_of
 from touchdown.studies.results import read_pid, read_run, read_study
 from touchdown.studies.store import open_store
 from touchdown.studies.tuners import Tuning
-from touchdown.studies.work import LAST, PidJob
-
-LANDER = "LunarLander-v3"
-
-
-def evaluation(returns):
-    episodes = [
-        EpisodeResult(1_000_000 + i, value, 300, "landed" if value >= 200 else "crashed", 20.0)
-        for i, value in enumerate(returns)
-    ]
-    outcomes = [episode.outcome for episode in episodes]
-    counted = [300] * len(returns), outcomes, [20.0] * len(returns), 200.0
-    return Evaluation("made up", LANDER, episodes, summarise(returns, *counted))
-
-
-def lines(path, rows):
-    path.write_text("".join(json.dumps(row) + "\n" for row in rows))
-
-
-def write_run(path, returns=(100.0, 300.0), last=None):
-    """A finished run of 4,000 observations and 40 seconds, half of whose episodes hovered."""
-    path.mkdir(parents=True)
-    ends = (1_000, 2_000, 3_000, 4_000)
-    outcomes = ("timed out", "timed out", "crashed", "landed")
-    lines(
-        path / "episodes.jsonl",
-        [
-            {"observations": end, "seconds": end / 100, "outcome": outcome}
-            for end, outcome in zip(ends, outcomes, strict=True)
-        ],
-    )
-    looks = ((0, 0.0), (2_000, 100.0), (3_500, 250.0))
-    lines(
-        path / "validations.jsonl",
-        [{"observations": at, "mean_return": mean} for at, mean in looks],
-    )
-    write_evaluations(path / "evaluation.json", [evaluation(returns)], {})
-    if last is not None:
-        write_evaluations(path / LAST, [evaluation(last)], {})
-    (path / CURVE).touch()
+from touchdown.studies.work import PidJob
 
 
 def test_a_finished_run_is_read_in_numbers(tmp_path):

@@ -8,6 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
+import polars as pl
 
 from touchdown import files
 from touchdown.figures.studies import Row
@@ -187,7 +188,10 @@ def write_paper_report(
         provenance=_provenance(command, results, scale),
     )
     write_page(page, out / PAGE)
-    _write_tables(results, out)
+    tables = _run_tables(results)
+    if any(decisions.values()):
+        tables["claims"] = _claim_table(decisions)
+    _write_tables(tables, out)
     return Report(out / PAGE, decisions, results)
 
 
@@ -241,7 +245,7 @@ def write_study_report(
         provenance=_provenance(command, known, ""),
     )
     write_page(page, out / PAGE)
-    _write_tables(known, out)
+    _write_tables(_run_tables(known), out)
     return Report(out / PAGE, {}, known)
 
 
@@ -446,12 +450,32 @@ def machine_facts() -> tuple[tuple[str, str], ...]:
     )
 
 
-def _write_tables(results: Mapping[str, StudyResults], out: Path) -> None:
-    """Every study's runs as CSV, for whoever wants to count for themselves."""
-    tables = out / "tables"
-    with files.refusing(str(tables)):
-        tables.mkdir(exist_ok=True)
-        for name, each in results.items():
-            if each.runs:
-                text = each.table().write_csv(float_precision=4)
-                files.write_atomic(tables / f"{name}.csv", text)
+def _run_tables(results: Mapping[str, StudyResults]) -> dict[str, pl.DataFrame]:
+    """Every study's runs, for whoever wants to count for themselves."""
+    return {name: each.table() for name, each in results.items() if each.runs}
+
+
+def _claim_table(decisions: Mapping[str, Sequence[Decision]]) -> pl.DataFrame:
+    """Every claim with its verdict and the numbers behind it."""
+    return pl.DataFrame(
+        [
+            {
+                "study": name,
+                "section": decision.claim.section,
+                "claim": decision.claim.sentence,
+                "verdict": decision.verdict,
+                "p": decision.p_value,
+                "evidence": decision.evidence,
+            }
+            for name, each in decisions.items()
+            for decision in each
+        ]
+    )
+
+
+def _write_tables(tables: Mapping[str, pl.DataFrame], out: Path) -> None:
+    folder = out / "tables"
+    with files.refusing(str(folder)):
+        folder.mkdir(exist_ok=True)
+        for name, table in tables.items():
+            files.write_atomic(folder / f"{name}.csv", table.write_csv(float_precision=4))

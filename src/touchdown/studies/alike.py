@@ -54,8 +54,9 @@ class Likenesses:
             "to another seed": [
                 float(np.mean(each.to_other_seeds)) for each in self.of if each.to_other_seeds
             ],
+            # seeds that all fly alike to the last step have no ratio
             "to the PID, over to another seed": [
-                each.ratio for each in self.of if each.to_other_seeds
+                each.ratio for each in self.of if any(each.to_other_seeds)
             ],
         }
         return np.array(kinds[labels[0]], float)

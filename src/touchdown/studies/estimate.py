@@ -3,7 +3,6 @@
 import dataclasses
 import tempfile
 import time
-from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass
@@ -13,14 +12,19 @@ from typing import NamedTuple
 from touchdown import device, files
 from touchdown.config import Config
 from touchdown.errors import Interrupted
+from touchdown.lander import env as lander
 from touchdown.runs import folder as folders
+from touchdown.runs import pilots
+from touchdown.runs.evaluate import Fleet
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.train import Status, Trainer
+from touchdown.seeding import VALIDATION_STARTS
 from touchdown.studies.store import Store
 from touchdown.studies.work import TrainJob
 
 _SECONDS_WARM = 1.0  # that compilation and the first, emptier steps are over by
 _SECONDS_MEASURED = 2.0
+_FLIGHTS = 32
 
 
 class Kind(NamedTuple):
@@ -44,7 +48,7 @@ class Estimate:
     observations: int
     """At most: what episodes and validations end early is not known before."""
     seconds: float
-    """Of training, with so many workers; validation and test flights come on top."""
+    """Of training and flights, with so many workers."""
     measured: int
     """Kinds of run that were flown to know."""
 
@@ -56,8 +60,21 @@ class Estimate:
         long = f"{hours} h {minutes} min" if hours else f"{minutes} min"
         return (
             f"{self.missing} runs of {self.observations / 1e6:,.1f} million observations are "
-            f"missing: about {long} of training here, and the flights of validation and test on top"
+            f"missing: about {long} here, the flights of validation and test counted"
         )
+
+
+class _Pace(NamedTuple):
+    observations: float
+    """A second."""
+    validated: bool
+    """Whether the validations on the way took a part of that time."""
+
+
+class _FlightTimes(NamedTuple):
+    engine: float
+    """Seconds of one flight in the world that training flies."""
+    stock: float
 
 
 def kind_of(config: Config) -> Kind:
@@ -89,21 +106,19 @@ def estimate(
         on_done: told the share of kinds that are known.
     """
     missing = store.missing(jobs)
-    speeds = _known_speeds([job for job in jobs if job.is_done(store.runs)], store)
+    paces = _known_paces([job for job in jobs if job.is_done(store.runs)], store)
     wanted = {kind_of(job.config): job.config for job in missing}
-    unknown = [kind for kind in wanted if kind not in speeds]
+    unknown = [kind for kind in wanted if kind not in paces]
     for count, kind in enumerate(unknown, start=1):
-        speeds[kind] = _measure(wanted[kind])
+        paces[kind] = _measure(wanted[kind])
         on_done(count / len(unknown))
-    counts: Counter[Kind] = Counter()
-    for job in missing:
-        counts[kind_of(job.config)] += most_observations(job.config)
-    return Estimate(
-        len(missing),
-        counts.total(),
-        sum(count / speeds[kind] for kind, count in counts.items()) / workers,
-        len(unknown),
+    times = {env_id: _fly(env_id) for env_id in {job.config.env_id for job in missing}}
+    seconds = sum(
+        _seconds_of(job.config, paces[kind_of(job.config)], times[job.config.env_id])
+        for job in missing
     )
+    observations = sum(most_observations(job.config) for job in missing)
+    return Estimate(len(missing), observations, seconds / workers, len(unknown))
 
 
 def most_observations(config: Config) -> int:
@@ -112,19 +127,44 @@ def most_observations(config: Config) -> int:
     return training.max_observations or training.episodes * 1_000
 
 
-def _known_speeds(done: Sequence[TrainJob], store: Store) -> dict[Kind, float]:
-    speeds: dict[Kind, float] = {}
+def _seconds_of(config: Config, pace: _Pace, times: _FlightTimes) -> float:
+    """Of one run: training, the choice among its checkpoints, and the test of two of them."""
+    training, observations = config.training, most_observations(config)
+    flights = training.finalists * training.final_validation_episodes
+    if not pace.validated:
+        flights += observations // training.validation_period * training.validation_episodes
+    return (
+        observations / pace.observations
+        + flights * times.engine
+        + 2 * training.test_episodes * times.stock
+    )
+
+
+def _known_paces(done: Sequence[TrainJob], store: Store) -> dict[Kind, _Pace]:
+    paces: dict[Kind, _Pace] = {}
     for job in done:
         kind = kind_of(job.config)
-        if kind not in speeds:
+        if kind not in paces:
             path = RunFolder(store.runs / job.digest).episodes
             last = files.read_jsonl(path, ("observations", "seconds"))[-1]
-            speeds[kind] = last["observations"] / max(last["seconds"], 1e-9)
-    return speeds
+            paces[kind] = _Pace(last["observations"] / max(last["seconds"], 1e-9), validated=True)
+    return paces
 
 
-def _measure(config: Config) -> float:
-    """Observations a second of one kind of run, once it learns."""
+def _fly(env_id: str) -> _FlightTimes:
+    """Time flights of the PID, which are as long as a good agent's; elsewhere those of chance."""
+    pilot = pilots.load("pid" if lander.is_lander(env_id) else "random", env_id=env_id).pilot
+    seconds: list[float] = []
+    for engine in (lander.engine_in_use(), "gymnasium"):
+        with closing(Fleet(env_id, engine=engine)) as fleet:
+            began = time.perf_counter()
+            fleet.fly(pilot, VALIDATION_STARTS[:_FLIGHTS])
+            seconds.append((time.perf_counter() - began) / _FLIGHTS)
+    return _FlightTimes(*seconds)
+
+
+def _measure(config: Config) -> _Pace:
+    """The pace of one kind of run, once it learns."""
     device.use_default()
     training = dataclasses.replace(
         config.training, max_observations=0, episodes=1_000_000, validation_period=10**9
@@ -145,4 +185,4 @@ def _measure(config: Config) -> float:
             trainer.run()
     warm = [each for each in seen if each[0] - seen[0][0] >= _SECONDS_WARM]
     (began, first), (ended, last) = warm[0], warm[-1]
-    return max(last - first, 1) / max(ended - began, 1e-3)
+    return _Pace(max(last - first, 1) / max(ended - began, 1e-3), validated=False)

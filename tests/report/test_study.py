@@ -1,0 +1,127 @@
+import csv
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from finished_runs import evaluation, write_run
+from touchdown import files
+from touchdown.agents.dqn import make_network
+from touchdown.config import NetworkConfig
+from touchdown.presets import preset
+from touchdown.report import study as reports
+from touchdown.runs import pilots
+from touchdown.runs.evaluation import write_evaluations
+from touchdown.runs.folder import RunFolder
+from touchdown.runs.tune import HAND_PICKED
+from touchdown.studies import paper
+from touchdown.studies.store import open_store
+from touchdown.studies.tuners import Tuned
+from touchdown.studies.work import GAINS
+from touchdown.types import Spaces
+
+SMALL = replace(preset("pilot"), network=NetworkConfig(hidden_sizes=(4,)))
+PLANTED = {"dqn": 0, "target-dqn": 170, "preferential-dqn": 172, "paper-best": 240}
+"""Mean returns of the ladder's rungs."""
+
+
+def mean_of(study: str, label: str, seed: int) -> float:
+    wobble = 4.0 * ((seed * 7) % 5 - 2)
+    return PLANTED.get(label, 150.0) + wobble if study == "ladder" else 150.0 + wobble
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory):
+    """All of the paper's runs at the quick scale, made up, with one that failed, one not done."""
+    made = open_store(tmp_path_factory.mktemp("paper") / "results", make=True)
+    network = make_network(SMALL.network, Spaces(observation_size=8, num_actions=4))
+    for name, study in paper.studies("quick").items():
+        for planned in study.runs():
+            if (made.runs / planned.digest).exists():
+                continue
+            mean = mean_of(name, planned.cell.labels[0], planned.seed)
+            path = made.runs / planned.digest
+            write_run(path, (mean - 20, mean + 20), (mean - 40, mean))
+            params = np.random.default_rng(planned.seed).normal(size=network.num_params)
+            pilots.save_weights(RunFolder(path).best, network, params, {}, SMALL)
+    for job in paper.pid_jobs("quick"):
+        folder = made.runs / job.digest
+        folder.mkdir()
+        found = Tuned(HAND_PICKED, 215.0, (100.0, 215.0))
+        files.write_atomic(folder / "tuning.json", files.to_json(found.to_json()))
+        files.write_atomic(folder / GAINS, found.to_toml())
+        better = 0 if job.tuning.tuner == "hand" else 50
+        returns = [170.0 + better + job.tuning.seed, 180.0 + better]
+        write_evaluations(folder / "evaluation.json", [evaluation(returns)], {})
+    broken, missing = paper.studies("quick")["size"].runs()[:2]
+    made.note_failure(broken.digest, "it diverged")
+    for each in (broken, missing):
+        (made.runs / each.digest / "learning-curve.png").unlink()
+    return made
+
+
+@pytest.fixture(scope="module")
+def written(store, tmp_path_factory):
+    """The page of all of them, flown from few starts."""
+    out = tmp_path_factory.mktemp("page")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(reports, "TEST_STARTS", reports.TEST_STARTS[:2])
+        patch.setattr(reports, "_ALIKE_STARTS", 2)
+        steps: list[str] = []
+        report = reports.write_paper_report(
+            "quick", None, store, out, command="make it so", linked=False, on_step=steps.append
+        )
+    return report, steps
+
+
+def test_every_topic_has_a_section_its_figures_and_its_table(written):
+    report, steps = written
+    topics = paper.topics("quick")
+    text = report.page.read_text()
+    assert re.findall(r'<section id="([a-z-]+)">', text) == list(topics)
+    assert set(steps) <= set(topics)
+    folder = report.page.parent
+    for name in topics:
+        for suffix in ("svg", "png"):
+            assert (folder / "figures" / f"{name}.{suffix}").stat().st_size > 1_000
+    studies = {topic.study.name for topic in topics.values() if topic.study}
+    tables = {path.stem for path in (folder / "tables").iterdir()}
+    assert tables == studies | {"claims"}
+    assert "make it so" in text
+
+
+def test_every_claim_has_its_verdict_in_the_table_and_on_the_page(written):
+    report, _ = written
+    with (report.page.parent / "tables" / "claims.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    claims = [claim for topic in paper.topics("quick").values() for claim in topic.claims]
+    assert [row["claim"] for row in rows] == [claim.sentence for claim in claims]
+    verdicts = {row["claim"]: row["verdict"] for row in rows}
+    assert verdicts["Plain DQN ends below 100."] == "holds"
+    assert verdicts["A target network raises the return."] == "holds"
+    assert verdicts["With a target network the return is about 170."] == "holds"
+    assert verdicts["Preferential memory raises it further."] == "undecided"
+    assert verdicts["The best agent averages about 221."] == "undecided"
+    assert verdicts["More nodes lower the return, with one hidden layer."] == "undecided"
+    assert verdicts["Twiddle betters gains that were picked by hand."] == "holds"
+    text = report.page.read_text()
+    assert text.count('class="evidence"') == len(claims)
+
+
+def test_what_failed_and_what_is_missing_is_said(written):
+    report, _ = written
+    results = report.results["size"]
+    assert (len(results.failed), results.missing) == (1, 1)
+    text = report.page.read_text()
+    assert "1 of 24 runs are not done yet." in text
+    assert "1 runs failed: it diverged." in text
+
+
+def test_a_topic_without_runs_is_left_out(tmp_path):
+    store = open_store(tmp_path / "results", make=True)
+    report = reports.write_paper_report(
+        "quick", None, store, tmp_path / "out", command="x", linked=False
+    )
+    assert report.decisions == {}
+    assert not list((tmp_path / "out" / "tables").iterdir())

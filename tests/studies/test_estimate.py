@@ -1,0 +1,73 @@
+from dataclasses import replace
+
+import pytest
+from finished_runs import write_run
+
+from touchdown.presets import preset
+from touchdown.studies import estimate as estimates
+from touchdown.studies.estimate import Estimate, estimate, kind_of
+from touchdown.studies.store import open_store
+from touchdown.studies.work import TrainJob
+
+BASE = preset("paper-best")
+
+
+def job(seed: int = 0, observations: int = 50_000, **sections) -> TrainJob:
+    changed = {name: replace(getattr(BASE, name), **values) for name, values in sections.items()}
+    training = replace(BASE.training, max_observations=observations)
+    return TrainJob(replace(BASE, seed=seed, training=training, **changed))
+
+
+@pytest.fixture
+def store(tmp_path):
+    return open_store(tmp_path, make=True)
+
+
+@pytest.fixture(autouse=True)
+def _known_flights(monkeypatch):
+    monkeypatch.setattr(estimates, "_fly", lambda _: estimates._FlightTimes(0.01, 0.1))
+
+
+def test_what_is_missing_takes_what_its_kind_took_and_the_flights_after_it(store):
+    done, missing, another = job(0), job(1), job(2)
+    write_run(store.runs / done.digest)  # 4,000 observations in 40 seconds
+    found = estimate([done, missing, another], store, 2)
+    # five finalists of a hundred flights, then two tests of a hundred
+    seconds = 50_000 / 100 + 500 * 0.01 + 200 * 0.1
+    assert found == Estimate(missing=2, observations=100_000, seconds=seconds, measured=0)
+
+
+def test_validations_are_counted_where_only_training_was_timed(store, monkeypatch):
+    monkeypatch.setattr(estimates, "_measure", lambda _: estimates._Pace(1_000, validated=False))
+    told = []
+    found = estimate([job(), job(1, network={"hidden_sizes": (8,)})], store, 1, told.append)
+    # each: five validations of twenty flights on the way
+    assert found.seconds == 2 * (50 + (500 + 5 * 20) * 0.01 + 200 * 0.1)
+    assert (found.measured, told) == (2, [0.5, 1.0])
+
+
+def test_nothing_is_measured_where_nothing_is_missing(store):
+    write_run(store.runs / job().digest)
+    found = estimate([job()], store, 2)
+    assert found == Estimate(missing=0, observations=0, seconds=0, measured=0)
+    assert str(found) == "nothing is missing"
+
+
+def test_a_long_study_is_told_in_hours():
+    assert "about 2 h 5 min here" in str(Estimate(3, 2_000_000, 7_500.0, 1))
+    assert "about 1 min here" in str(Estimate(3, 2_000_000, 7.0, 1))
+
+
+@pytest.mark.parametrize(
+    ("sections", "same"),
+    [
+        ({"learning": {"gamma": 0.9}}, True),
+        ({"replay": {"resaves": 3}}, True),
+        ({"network": {"hidden_sizes": (9,)}}, False),
+        ({"learning": {"update_period": 7}}, False),
+        ({"training": {"num_envs": 3}}, False),
+    ],
+)
+def test_runs_of_one_kind_are_those_that_cost_the_same(sections, same):
+    changed = {name: replace(getattr(BASE, name), **values) for name, values in sections.items()}
+    assert (kind_of(replace(BASE, **changed)) == kind_of(BASE)) == same
