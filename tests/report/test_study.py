@@ -109,6 +109,19 @@ def test_every_claim_has_its_verdict_in_the_table_and_on_the_page(written):
     assert text.count('class="evidence"') == len(claims)
 
 
+def test_the_summary_has_every_claim_and_every_figure_for_where_html_is_not_shown(written):
+    report, _ = written
+    folder = report.page.parent
+    text = (folder / "summary.md").read_text()
+    claims = [claim for topic in paper.topics("quick").values() for claim in topic.claims]
+    assert all(f"| {claim.sentence} | {claim.section} | **" in text for claim in claims)
+    pictures = re.findall(r"!\[[^]]+\]\(([^)]+)\)", text)
+    assert len(pictures) >= len(paper.topics("quick"))
+    assert all((folder / picture).is_file() for picture in pictures)
+    assert "](index.html)" in text
+    assert "- made by: `make it so`" in text
+
+
 def test_what_failed_and_what_is_missing_is_said(written):
     report, _ = written
     results = report.results["size"]

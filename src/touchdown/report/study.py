@@ -16,6 +16,7 @@ from touchdown.lander import env as lander
 from touchdown.lander import flight as flights
 from touchdown.lander import render
 from touchdown.report import sections
+from touchdown.report.markdown import summary_of
 from touchdown.report.page import Film, Page, Picture, Section, Table, write_page
 from touchdown.runs import evaluation as evaluations
 from touchdown.runs import pilots
@@ -35,6 +36,7 @@ from touchdown.studies.work import GAINS
 from touchdown.types import FloatArray
 
 PAGE = "index.html"
+_SUMMARY = "summary.md"
 _FIGURES = "figures"
 _ALIKE_STARTS = 30
 # a page carries a film a section: a third of the bytes of a film by itself
@@ -187,11 +189,10 @@ def write_paper_report(
         sections=tuple(found),
         provenance=_provenance(command, results, scale),
     )
-    write_page(page, out / PAGE)
     tables = _run_tables(results)
     if any(decisions.values()):
         tables["claims"] = _claim_table(decisions)
-    _write_tables(tables, out)
+    _write(page, tables, out)
     return Report(out / PAGE, decisions, results)
 
 
@@ -244,8 +245,7 @@ def write_study_report(
         sections=tuple(made),
         provenance=_provenance(command, known, ""),
     )
-    write_page(page, out / PAGE)
-    _write_tables(_run_tables(known), out)
+    _write(page, _run_tables(known), out)
     return Report(out / PAGE, {}, known)
 
 
@@ -473,7 +473,10 @@ def _claim_table(decisions: Mapping[str, Sequence[Decision]]) -> pl.DataFrame:
     )
 
 
-def _write_tables(tables: Mapping[str, pl.DataFrame], out: Path) -> None:
+def _write(page: Page, tables: Mapping[str, pl.DataFrame], out: Path) -> None:
+    write_page(page, out / PAGE)
+    with files.refusing(str(out / _SUMMARY)):
+        files.write_atomic(out / _SUMMARY, summary_of(page, out, PAGE))
     folder = out / "tables"
     with files.refusing(str(folder)):
         folder.mkdir(exist_ok=True)

@@ -1,0 +1,50 @@
+"""A page's verdicts and figures as Markdown, for where HTML is not shown."""
+
+import os
+from pathlib import Path
+
+from touchdown.report.page import Page, Section
+
+
+def summary_of(page: Page, out: Path, page_name: str) -> str:
+    """The page in short: a table of its claims, and its figures.
+
+    Args:
+        page: with pictures that are written.
+        out: folder that the text is for; its pictures are linked from there.
+        page_name: the HTML page's file name in that folder.
+    """
+    parts = [
+        f"# {page.title}",
+        page.lead,
+        f"[The page]({page_name}) has the flights, the tables of levels and of runs, too.",
+        "\n".join(f"- {name}: {_code(name, value)}" for name, value in page.provenance),
+        *(_section(section, out) for section in page.sections),
+    ]
+    return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def _code(name: str, value: str) -> str:
+    return f"`{value}`" if name == "made by" else value
+
+
+def _section(section: Section, out: Path) -> str:
+    parts = [f"## {section.title}", section.lead]
+    if section.claims:
+        rows = [
+            f"| {_cell(claim.sentence)} | {claim.section} | **{claim.verdict}** "
+            f"| {_cell(claim.evidence)} |"
+            for claim in section.claims
+        ]
+        head = ["| claim | section | verdict | numbers |", "| --- | --- | --- | --- |"]
+        parts.append("\n".join([*head, *rows]))
+    parts += [
+        f"![{picture.alt}]({Path(os.path.relpath(picture.png, out)).as_posix()})"
+        f"\n\n{picture.caption}"
+        for picture in section.pictures
+    ]
+    return "\n\n".join(part for part in parts if part)
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|")
