@@ -98,6 +98,18 @@ def test_runs_are_compared_on_a_page(done, tmp_path):
     assert "learning.gamma" in text
 
 
+def test_runs_of_several_folders_are_compared(done, tmp_path):
+    _, results = done
+    worst, *_, best = sorted(
+        touchdown.list_runs(results / "runs"), key=lambda run: run.evaluation.summary.mean
+    )
+    shutil.copytree(best.path, tmp_path / "elsewhere" / "other")
+    names = [str(worst.path), str(tmp_path / "elsewhere" / "other")]
+    text = studying.compare(names, out=tmp_path / "out").read_text()
+    assert "elsewhere/other/learning-curve.png" in text
+    assert "data:image/gif" in text
+
+
 def test_runs_of_settings_without_a_known_preset_are_compared_too(done, tmp_path):
     _, results = done
     first, second = sorted((results / "runs").iterdir())[:2]

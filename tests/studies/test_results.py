@@ -1,9 +1,9 @@
 import math
 
 import pytest
-from finished_runs import evaluation, lines, write_run
 from numpy.testing import assert_allclose
 
+from finished_runs import evaluation, lines, write_run
 from touchdown import files
 from touchdown.errors import UserError
 from touchdown.runs.evaluation import write_evaluations
@@ -17,7 +17,7 @@ from touchdown.studies.work import PidJob
 def test_a_finished_run_is_read_in_numbers(tmp_path):
     write_run(tmp_path / "abc", last=(50.0, 150.0))
     run = read_run(tmp_path / "abc", ("0.9",), 3)
-    assert (run.digest, run.labels, run.seed) == ("abc", ("0.9",), 3)
+    assert (run.name, run.labels, run.seed) == ("abc", ("0.9",), 3)
     assert (run.best_return, run.last_return, run.worst_return) == (200, 100, 100)
     assert (run.share_solved, run.landed, run.hover_share) == (0.5, 0.5, 0.5)
     assert (run.observations, run.seconds) == (4_000, 40)

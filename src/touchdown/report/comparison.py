@@ -52,12 +52,12 @@ def write_comparison(runs: Sequence[Run], out: Path) -> Path:
         seeds=max(len(of) for of in groups.values()),
     )
     found = tuple(
-        dataclasses.replace(read_run(run.path, (label,), run.config.seed), digest=run.name)
+        read_run(run.path, (label,), run.config.seed)
         for label, of in zip(labels, groups.values(), strict=True)
         for run in of
     )
     results = StudyResults(study, study.seeds, found, 0, {})
-    builder = Builder(runs[0].path.parent, out, linked=True, on_step=lambda _: None)
+    builder = Builder(out, linked=True, on_step=lambda _: None)
     section = builder.section("comparison", "Test returns", "", results, "best_return", (), {})
     page = Page(
         title="Runs compared",

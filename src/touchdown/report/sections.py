@@ -100,20 +100,18 @@ def _to_solved(values: Sequence[float]) -> str:
     return median if found.reached == found.n else f"{median} ({found.reached} of {found.n})"
 
 
-def run_table(results: StudyResults, runs: Path, beside: Path | None) -> Table:
+def run_table(results: StudyResults, beside: Path | None) -> Table:
     """Every finished run.
 
     Args:
         results: of a study.
-        runs: folder of the runs' folders.
         beside: folder of the page, to link from; None links nothing.
     """
     rows: list[tuple[Cell, ...]] = []
     for run in results.runs:
-        picture = runs / run.digest / CURVE
-        name: Cell = run.digest
+        name: Cell = run.name
         if beside is not None:
-            name = Link.to_file(run.digest, Path(os.path.relpath(picture, beside)))
+            name = Link.to_file(name, Path(os.path.relpath(run.path / CURVE, beside)))
         rows.append(
             (
                 " · ".join(run.labels),

@@ -32,7 +32,6 @@ from touchdown.studies.plan import Study
 from touchdown.studies.results import PidResult, StudyResults, read_pid, read_study
 from touchdown.studies.store import Store
 from touchdown.studies.tuners import TUNERS, Tuning
-from touchdown.studies.work import GAINS
 from touchdown.types import FloatArray
 
 PAGE = "index.html"
@@ -59,16 +58,12 @@ class Builder:
     """Draws figures and films into a folder as sections ask for them.
 
     Args:
-        runs: folder of the runs' folders.
         out: the page's folder.
         linked: whether the page lies beside the runs, and links to them.
         on_step: told of each section.
     """
 
-    def __init__(
-        self, runs: Path, out: Path, *, linked: bool, on_step: Callable[[str], object]
-    ) -> None:
-        self.runs = runs
+    def __init__(self, out: Path, *, linked: bool, on_step: Callable[[str], object]) -> None:
         self.figures = out / _FIGURES
         self.beside = out if linked else None
         self._on_step = on_step
@@ -103,14 +98,14 @@ class Builder:
             films=self._film_of(results, name, metric),
             tables=(
                 sections.level_table(results, metric),
-                sections.run_table(results, self.runs, self.beside),
+                sections.run_table(results, self.beside),
             ),
         )
 
     def _film_of(self, results: StudyResults, name: str, metric: str) -> tuple[Film, ...]:
         """The flight in the middle of the run that has the most of what the section is about."""
         most = max(results.runs, key=lambda run: getattr(run, metric))
-        folder = RunFolder(self.runs / most.digest)
+        folder = RunFolder(most.path)
         test = evaluations.read_evaluations(folder.evaluation)[0]
         pilot = pilots.load_run(folder)
         said = f"{' · '.join(most.labels)}, seed {most.seed}"
@@ -172,7 +167,7 @@ def write_paper_report(
         study.name: read_study(study, seeds or study.seeds, store)
         for study in {t.study.name: t.study for t in wanted if t.study}.values()
     }
-    builder = Builder(store.runs, out, linked=linked, on_step=on_step)
+    builder = Builder(out, linked=linked, on_step=on_step)
     tuned = read_pid(paper.pid_jobs(scale, seeds), store)
     decisions: dict[str, list[Decision]] = {}
     found: list[Section] = []
@@ -221,7 +216,7 @@ def write_study_report(
         UserError: the runs' files are broken, or something cannot be written.
     """
     results = read_study(study, seeds, store)
-    builder = Builder(store.runs, out, linked=linked, on_step=on_step)
+    builder = Builder(out, linked=linked, on_step=on_step)
     made = (
         [
             builder.section(
@@ -266,7 +261,7 @@ def _paper_section(
     if not found.runs:
         return None
     if topic.name == "alike":
-        agents = alike.agents_of(found, (paper.BEST,), builder.runs)
+        agents = alike.agents_of(found, (paper.BEST,))
         if not agents:
             return None
         likenesses = alike.compare_flights(agents, alike.starts_of(_ALIKE_STARTS))
@@ -312,7 +307,7 @@ def _pid_section(
     sections.save_rows(rows, "test return of the gains", stem)
     best = max(tuned, key=lambda each: each.trained_return)
     tuning = best.job.tuning
-    pilot = pilots.load(str(builder.runs / best.job.digest / GAINS))
+    pilot = pilots.load(str(best.gains))
     return Section(
         id=topic.name,
         title=title,
@@ -403,7 +398,7 @@ def _alike_section(
 def _facts(
     results: Mapping[str, StudyResults], tuned: Sequence[PidResult], scale: str
 ) -> tuple[tuple[str, str], ...]:
-    runs = {run.digest: run for each in results.values() for run in each.runs}
+    runs = {run.path: run for each in results.values() for run in each.runs}
     hours = sum(run.seconds for run in runs.values()) / 3600
     facts = [
         ("studies", str(len(results) + bool(tuned))),

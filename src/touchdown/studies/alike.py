@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -96,18 +95,17 @@ def compare_flights(agents: Mapping[int, NamedPilot], starts: Sequence[int]) -> 
     )
 
 
-def agents_of(results: StudyResults, labels: tuple[str, ...], runs: Path) -> dict[int, NamedPilot]:
+def agents_of(results: StudyResults, labels: tuple[str, ...]) -> dict[int, NamedPilot]:
     """The chosen pilots of a cell's finished runs, by training seed.
 
     Args:
         results: of the study.
         labels: of the cell.
-        runs: folder of the runs' folders.
 
     Raises:
         UserError: a run's files are broken.
     """
-    return {run.seed: pilots.load_run(RunFolder(runs / run.digest)) for run in results.of(labels)}
+    return {run.seed: pilots.load_run(RunFolder(run.path)) for run in results.of(labels)}
 
 
 def starts_of(count: int) -> range:

@@ -16,7 +16,7 @@ from touchdown.runs.run import Run
 from touchdown.stats import curves
 from touchdown.studies.plan import Study
 from touchdown.studies.store import Store
-from touchdown.studies.work import LAST, PidJob
+from touchdown.studies.work import GAINS, LAST, PidJob
 from touchdown.types import FloatArray
 
 METRICS = {
@@ -35,7 +35,8 @@ _BINS = 24  # of training, for the share of episodes that run to the limit
 class RunResult:
     """One finished run in numbers."""
 
-    digest: str
+    path: Path
+    """Its folder."""
     labels: tuple[str, ...]
     seed: int
     best_return: float
@@ -56,6 +57,11 @@ class RunResult:
     hovering: tuple[tuple[float, ...], tuple[float, ...]]
     """Observations, and the share of the training episodes until then, from the one before, that
     ran to the time limit; bins without an episode's end are left out."""
+
+    @property
+    def name(self) -> str:
+        """Its folder's; a study's runs are called by their digests."""
+        return self.path.name
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +102,7 @@ class StudyResults:
                 factor.name: label
                 for factor, label in zip(self.study.factors, run.labels, strict=True)
             }
-            row |= {"seed": run.seed, "run": run.digest}
+            row |= {"seed": run.seed, "run": run.name}
             row |= {name: getattr(run, name) for name in METRICS}
             row |= {
                 "share_solved": run.share_solved,
@@ -156,7 +162,7 @@ def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
     until = float(ends[-1])
     seconds = [float(row["seconds"]) for row in episodes]
     return RunResult(
-        digest=path.name,
+        path=path,
         labels=labels,
         seed=seed,
         best_return=chosen.summary.mean,
@@ -196,6 +202,8 @@ class PidResult:
     """The best mean over the training starts of the trials."""
     history: tuple[float, ...]
     test: Evaluation
+    gains: Path
+    """Their file."""
 
 
 def read_pid(jobs: Sequence[PidJob], store: Store) -> list[PidResult]:
@@ -211,7 +219,9 @@ def read_pid(jobs: Sequence[PidJob], store: Store) -> list[PidResult]:
             continue
         told = files.read_json(folder / "tuning.json")
         test = read_evaluations(folder / "evaluation.json")[0]
-        found.append(PidResult(job, told["best_return"], tuple(told["history"]), test))
+        found.append(
+            PidResult(job, told["best_return"], tuple(told["history"]), test, folder / GAINS)
+        )
     return found
 
 
