@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from types import FrameType
+from typing import Self
 
 from rich.console import Console, Group
 from rich.live import Live
@@ -80,7 +81,24 @@ def stop_on_signals(console: Console) -> Generator[StopSignal]:
             signal.signal(number, handler)
 
 
-class TrainingView:
+class _View:
+    """Something live on a terminal, and nothing anywhere else."""
+
+    def __init__(self, console: Console, live: Live) -> None:
+        self._console = console
+        self._live = live
+
+    def __enter__(self) -> Self:
+        if self._console.is_terminal:
+            self._live.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._live.is_started:
+            self._live.stop()
+
+
+class TrainingView(_View):
     """A live view of training on a terminal, and nothing anywhere else.
 
     Args:
@@ -89,19 +107,9 @@ class TrainingView:
     """
 
     def __init__(self, console: Console, name: str) -> None:
-        self._console = console
+        super().__init__(console, Live(console=console, refresh_per_second=4))
         self._name = name
-        self._live = Live(console=console, refresh_per_second=4)
         self._phase = _counter(console)
-
-    def __enter__(self) -> "TrainingView":
-        if self._console.is_terminal:
-            self._live.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._live.is_started:
-            self._live.stop()
 
     def status(self, status: Status) -> None:
         """Show where training stands."""
@@ -143,7 +151,7 @@ class TrainingView:
         return Group(bar, table)
 
 
-class StudyView:
+class StudyView(_View):
     """A live view of a study on a terminal; elsewhere a line for each job that fails.
 
     Args:
@@ -153,22 +161,12 @@ class StudyView:
     """
 
     def __init__(self, console: Console, name: str, name_of: Callable[[str], str]) -> None:
-        self._console = console
+        super().__init__(console, Live(console=console, refresh_per_second=2, transient=True))
         self._name = name
         self._name_of = name_of
         self._began = time.monotonic()
         self._first_share: float | None = None
         self._best: tuple[float, str] | None = None
-        self._live = Live(console=console, refresh_per_second=2, transient=True)
-
-    def __enter__(self) -> "StudyView":
-        if self._console.is_terminal:
-            self._live.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._live.is_started:
-            self._live.stop()
 
     def update(self, state: State, event: Event) -> None:
         """Show where the study stands, after something has happened."""

@@ -19,6 +19,7 @@ from touchdown import cores
 from touchdown.errors import Interrupted, UserError
 from touchdown.studies import worker
 from touchdown.studies.job import BEGUN, Job, Progress
+from touchdown.studies.worker import Said
 
 RERUNS = 2
 _BETWEEN_LOOKS = 0.25  # seconds
@@ -80,15 +81,21 @@ class Attempts:
         """How often a job has been begun."""
         return self._begun.get(digest, 0)
 
-    def may_again(self, job: Job) -> bool:
-        """Whether one that died is run again."""
-        return self.of(job.digest) <= RERUNS
+    def after_death(self, job: Job, why: str, waiting: deque[Job]) -> Event:
+        """What is to be told of a worker's death; a job that may be run again waits, as the first."""
+        if self.of(job.digest) > RERUNS:
+            return Event(job.digest, "failed", text=f"{why}, {RERUNS + 1} times")
+        waiting.appendleft(job)
+        return Event(job.digest, "died", text=f"{why}; run again")
 
-    def after_death(self, job: Job, why: str) -> Event:
-        """What is to be told of a worker's death."""
-        if self.may_again(job):
-            return Event(job.digest, "died", text=f"{why}; run again")
-        return Event(job.digest, "failed", text=f"{why}, {RERUNS + 1} times")
+
+def outcome(job: Job, said: Said) -> Event | None:
+    """The end of a job that is done or refused; None of one that is neither."""
+    if said.kind == "done":
+        return Event(job.digest, "done", Progress(1.0))
+    if said.kind == "refused":
+        return Event(job.digest, "failed", text=said.text)
+    return None
 
 
 class _Worker:
@@ -189,7 +196,7 @@ class _LocalRun:
             else:
                 self._hear(each, said)
 
-    def _received(self) -> Iterator[tuple[_Worker, worker.Said | None]]:
+    def _received(self) -> Iterator[tuple[_Worker, Said | None]]:
         """What busy workers say within a while; None of one that is dead."""
         connections = {each.connection: each for each in self._busy()}
         for ready in connection.wait(list(connections), _BETWEEN_LOOKS):
@@ -199,7 +206,7 @@ class _LocalRun:
             except (EOFError, ConnectionError):
                 yield each, None
 
-    def _hear(self, each: _Worker, said: worker.Said) -> None:
+    def _hear(self, each: _Worker, said: Said) -> None:
         job = each.job
         if job is None:
             return
@@ -207,19 +214,16 @@ class _LocalRun:
             self._on_event(Event(job.digest, "advanced", said.progress))
             return
         each.job = None
-        if said.kind == "done":
-            self._on_event(Event(job.digest, "done", Progress(1.0)))
-        elif said.kind == "refused":
-            self._on_event(Event(job.digest, "failed", text=said.text))
+        if (ended := outcome(job, said)) is not None:
+            self._on_event(ended)
         elif said.kind == "unwritable":
             self._full = said.text
         elif said.kind == "raised":
             self._again(job, said.text)
 
     def _again(self, job: Job, why: str) -> None:
-        if self._attempts.may_again(job):
-            self._waiting.appendleft(job)
-        self._on_event(self._attempts.after_death(job, f"{why}; {worker.log_of(self._store, job)}"))
+        told = f"{why}; {worker.log_of(self._store, job)}"
+        self._on_event(self._attempts.after_death(job, told, self._waiting))
 
     def _replace(self, dead: _Worker) -> None:
         """Put a new worker in the place of one that has died."""

@@ -25,7 +25,7 @@ from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 
 from touchdown import files
 from touchdown.errors import Interrupted, UserError, one_line
-from touchdown.studies.executors import Attempts, Event
+from touchdown.studies.executors import Attempts, Event, outcome
 from touchdown.studies.job import Job
 from touchdown.studies.worker import Said, attempt
 
@@ -220,17 +220,13 @@ class _RayRun:
     def _end(self, job: Job, said: Said, folder: bytes) -> None:
         if folder:
             self._unpack(folder, job.digest)
-        if said.kind == "done":
-            self._on_event(Event(job.digest, "done", said.progress))
-        elif said.kind == "refused":
-            self._on_event(Event(job.digest, "failed", text=said.text))
+        if (ended := outcome(job, said)) is not None:
+            self._on_event(ended)
         elif said.kind in ("raised", "unwritable"):
             self._again(job, said.text)
 
     def _again(self, job: Job, why: str) -> None:
-        if self._attempts.may_again(job):
-            self._waiting.appendleft(job)
-        self._on_event(self._attempts.after_death(job, why))
+        self._on_event(self._attempts.after_death(job, why, self._waiting))
 
     def _unpack(self, folder: bytes, digest: str) -> None:
         try:
