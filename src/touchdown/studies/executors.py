@@ -82,7 +82,7 @@ class Attempts:
         return self._begun.get(digest, 0)
 
     def after_death(self, job: Job, why: str, waiting: deque[Job]) -> Event:
-        """What is to be told of a worker's death; a job that may be run again waits, as the first."""
+        """What to tell of a worker's death; a job that may be run again is the next to be begun."""
         if self.of(job.digest) > RERUNS:
             return Event(job.digest, "failed", text=f"{why}, {RERUNS + 1} times")
         waiting.appendleft(job)
