@@ -69,7 +69,7 @@ RunName = Annotated[str, arg(metavar="RUN", help="A run's name in the runs folde
 ResultsDir = Annotated[Path, arg(help="Folder where studies keep their runs and reports.")]
 Scale = Annotated[
     Literal["quick", "full"],
-    arg(help="Of the paper's studies: quick is for two cores and 45 minutes, full is the paper's."),
+    arg(help="Of the paper's studies: quick is for a laptop, full is the paper's."),
 ]
 LastScale = Annotated[
     Literal["quick", "full"] | None,
