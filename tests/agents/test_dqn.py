@@ -550,3 +550,15 @@ def test_worlds_side_by_side_remember_what_each_would_alone(new_agent: NewAgent,
     expected = {record.tobytes() for record in alone.memory.ring.records[: len(alone.memory)]}
     assert len(expected) > 3
     assert expected <= remembered
+
+
+def test_an_agent_of_either_backend_takes_the_same_greedy_actions(new_agent):
+    observations = default_rng(0).normal(size=(64, 5))
+    greedy = {"schedule": "constant", "epsilon_start": 0.0}
+    actions = [
+        new_agent(learning={"backend": backend}, exploration=greedy).act(
+            observations.astype(np.float32)
+        )
+        for backend in ("jax", "fused")
+    ]
+    assert actions[0].tolist() == actions[1].tolist()

@@ -54,7 +54,11 @@ class FusedNetwork(QNetwork):
             layer_norm=config.layer_norm,
             dueling=config.dueling,
         )
-        self.values = self.values_of_each
+        self.values = self._values
+
+    def _values(self, params: Any, observations: Any, _noise: None = None) -> Any:
+        """As the slow twin's, which takes noise too: no network of this kind has any."""
+        return self.values_of_each(params, observations)
 
     def values_of_each(self, params: Any, observations: Any) -> Any:
         """Q(s,·) of any number of observations, [N, D] to [N, A]: of each as it would be alone."""
