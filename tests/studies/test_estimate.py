@@ -1,8 +1,8 @@
 from dataclasses import replace
 
 import pytest
-from finished_runs import write_run
 
+from finished_runs import write_run
 from touchdown.presets import preset
 from touchdown.studies import estimate as estimates
 from touchdown.studies.estimate import Estimate, estimate, kind_of
