@@ -39,7 +39,8 @@ sanitize: $(READY) ## try the C++ modules built with sanitizers
 	@$(BIN)/python tests/sanitized.py
 
 check: $(READY) ## lint, format, types, layers and docs, changing nothing
-	@$(BIN)/ruff check --no-cache # its cache does not see that a module came, by which imports are sorted
+# without ruff's cache, which does not see that a module has come, by which imports are sorted
+	@$(BIN)/ruff check --no-cache
 	@$(BIN)/ruff format --check
 	@$(BIN)/basedpyright --pythonpath $(BIN)/python
 	@$(BIN)/lint-imports --no-logo
