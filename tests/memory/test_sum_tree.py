@@ -30,6 +30,15 @@ def test_a_tree_finds_what_a_running_sum_finds(size: int, changes: list, seed: i
         assert wanted <= running[place] + 1e-12
 
 
+def test_one_number_is_changed_as_many_are():
+    alone, together = SumTree(11), SumTree(11)
+    for index, value in [(0, 0.1), (10, 0.7), (3, 0.3), (10, 0.2)]:
+        alone.set_one(index, value)
+        together.set(np.array([index]), np.array([value]))
+        np.testing.assert_array_equal(alone.values, together.values)
+        assert alone.total == together.total
+
+
 def test_the_first_and_the_last_are_found_at_the_borders_of_the_sum():
     tree = SumTree(3)
     tree.set(np.arange(3), np.array([2.0, 0.0, 3.0]))

@@ -55,7 +55,7 @@ class _Priorities:
         self.drawn: float = 0  # samples so far
 
     def begin(self, index: int) -> None:
-        self.tree.set(np.array([index]), np.array([self.most]))
+        self.tree.set_one(index, self.most)
 
     def draw(
         self, batch_size: int, held: int, rng: Generator

@@ -49,6 +49,15 @@ class SumTree:
             places = places >> 1
             nodes[places] = nodes[2 * places] + nodes[2 * places + 1]
 
+    def set_one(self, index: int, value: float) -> None:
+        """Change one number, without numpy's calls, which would cost twenty times as much."""
+        nodes = self._nodes
+        place = index + self._first_leaf
+        nodes[place] = value
+        while place > 1:
+            place >>= 1
+            nodes[place] = nodes[2 * place] + nodes[2 * place + 1]
+
     def find(self, sums: FloatArray) -> IntArray:
         """Of each sum, the index of the number in which the running sum passes it: [n] to [n].
 
