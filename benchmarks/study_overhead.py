@@ -14,7 +14,7 @@ import os
 import statistics
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,6 +25,8 @@ from touchdown.studies import store as stores
 from touchdown.studies.executors import LocalExecutor
 from touchdown.studies.store import Store
 from touchdown.studies.work import TrainJob
+
+Way = Callable[[Sequence[TrainJob], int, Store], None]
 
 
 def jobs_of(runs: int, observations: int) -> list[TrainJob]:
@@ -43,9 +45,8 @@ def do_all(jobs: Sequence[TrainJob], store: Path) -> None:
         job.perform(store, lambda: False, lambda _: None)
 
 
-def back_to_back(jobs: Sequence[TrainJob], workers: int, store: Store) -> float:
-    """Seconds of wall clock in plain processes."""
-    began = time.perf_counter()
+def back_to_back(jobs: Sequence[TrainJob], workers: int, store: Store) -> None:
+    """In plain processes."""
     context = multiprocessing.get_context("spawn")
     with cores.one_thread_each():
         processes = [
@@ -56,23 +57,23 @@ def back_to_back(jobs: Sequence[TrainJob], workers: int, store: Store) -> float:
             process.start()
         for process in processes:
             process.join()
-    seconds = time.perf_counter() - began
-    _check(jobs, store)
-    return seconds
 
 
-def as_study(jobs: Sequence[TrainJob], workers: int, store: Store) -> float:
-    """Seconds of wall clock as a study."""
-    began = time.perf_counter()
+def as_study(jobs: Sequence[TrainJob], workers: int, store: Store) -> None:
+    """By the study's runner."""
     runner.run_jobs(jobs, store, LocalExecutor(workers))
-    seconds = time.perf_counter() - began
-    _check(jobs, store)
+
+
+def seconds_of(way: Way, jobs: Sequence[TrainJob], workers: int) -> float:
+    """Wall clock of all runs, in a folder of their own."""
+    with tempfile.TemporaryDirectory() as name:
+        store = stores.open_store(Path(name) / "results", make=True)
+        began = time.perf_counter()
+        way(jobs, workers, store)
+        seconds = time.perf_counter() - began
+        if missing := store.missing(jobs):
+            raise SystemExit(f"{len(missing)} runs did not come to their end")
     return seconds
-
-
-def _check(jobs: Sequence[TrainJob], store: Store) -> None:
-    if missing := store.missing(jobs):
-        raise SystemExit(f"{len(missing)} runs did not come to their end")
 
 
 def main() -> None:
@@ -91,14 +92,10 @@ def main() -> None:
     jobs = jobs_of(args.runs, args.observations)
     ratios: list[float] = []
     for count in range(1, args.rounds + 1):
-        seconds: list[float] = []
-        for way in (back_to_back, as_study):
-            with tempfile.TemporaryDirectory() as name:
-                store = stores.open_store(Path(name) / "results", make=True)
-                seconds.append(way(jobs, args.workers, store))
-        ratios.append(seconds[0] / seconds[1])
+        plain, study = (seconds_of(way, jobs, args.workers) for way in (back_to_back, as_study))
+        ratios.append(plain / study)
         print(
-            f"round {count}: back to back {seconds[0]:.1f} s, as a study {seconds[1]:.1f} s, "
+            f"round {count}: back to back {plain:.1f} s, as a study {study:.1f} s, "
             f"share {ratios[-1]:.1%}",
             flush=True,
         )

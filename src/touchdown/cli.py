@@ -5,6 +5,7 @@ import io
 import json
 import re
 import sys
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import redirect_stderr
 from dataclasses import dataclass, field, fields
@@ -363,7 +364,7 @@ class StudyRun:
 
     def run(self, console: "Console") -> None:
         """Hand over to `studying.run_study`."""
-        from touchdown import studying  # noqa: PLC0415
+        from touchdown import progress, studying  # noqa: PLC0415
 
         if self.dry_run or self.scale == "full":
             estimated = studying.estimate_study(
@@ -377,6 +378,7 @@ class StudyRun:
             console.print(str(estimated), soft_wrap=True, markup=False, highlight=False)
         if self.dry_run:
             return
+        began = time.monotonic()
         state = studying.run_study(
             self.name,
             scale=self.scale,
@@ -385,7 +387,8 @@ class StudyRun:
             results_dir=self.results_dir,
             console=console,
         )
-        console.print(f"{state.done} of {state.total} runs are done", markup=False)
+        took = progress.clock(time.monotonic() - began)
+        console.print(f"{state.done} of {state.total} runs are done, after {took}", markup=False)
         if state.failed:
             raise UserError(
                 f"{len(state.failed)} runs failed; `touchdown study status` names them, and the "
@@ -570,7 +573,8 @@ class Export:
     name: Annotated[
         Positional[str],
         arg(
-            metavar="RUN", help="A run's name in the runs folder, or its folder; ace comes with it."
+            metavar="RUN",
+            help="A run's name in the runs folder, or its folder; ace comes with touchdown.",
         ),
     ]
     format: Annotated[

@@ -185,13 +185,15 @@ def estimate_study(
         UserError: there is no such study, or its file is broken.
     """
     what = planned(name, scale=scale, seeds=seeds)
-    jobs = runner.jobs_of(what.studies)
+    runs = runner.jobs_of(what.studies)
     count = LocalExecutor(workers).workers
     path = Path(results_dir)
     store = stores.open_store(path) if path.exists() else Store(path)
     shown = console or Console(quiet=True)
     with progress.counting(shown, "measuring how fast runs are", 1.0) as counter:
-        return estimate(jobs, store, count, lambda done: counter.describe("measuring", done))
+        return estimate(
+            runs, what.pid_jobs, store, count, lambda done: counter.describe("measuring", done)
+        )
 
 
 @dataclass(frozen=True, slots=True)

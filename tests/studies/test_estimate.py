@@ -7,7 +7,8 @@ from touchdown.presets import preset
 from touchdown.studies import estimate as estimates
 from touchdown.studies.estimate import Estimate, estimate, kind_of
 from touchdown.studies.store import open_store
-from touchdown.studies.work import TrainJob
+from touchdown.studies.tuners import Tuning
+from touchdown.studies.work import PidJob, TrainJob
 
 BASE = preset("paper-best")
 
@@ -31,31 +32,53 @@ def _known_flights(monkeypatch):
 def test_what_is_missing_takes_what_its_kind_took_and_the_flights_after_it(store):
     done, missing, another = job(0), job(1), job(2)
     write_run(store.runs / done.digest)  # 4,000 observations in 40 seconds
-    found = estimate([done, missing, another], store, 2)
+    found = estimate([done, missing, another], [], store, 2)
     # five finalists of a hundred flights, then two tests of a hundred
     seconds = 50_000 / 100 + 500 * 0.01 + 200 * 0.1
-    assert found == Estimate(missing=2, observations=100_000, seconds=seconds, measured=0)
+    assert found == Estimate(2, 0, observations=100_000, seconds=seconds, measured=0)
 
 
 def test_validations_are_counted_where_only_training_was_timed(store, monkeypatch):
-    monkeypatch.setattr(estimates, "_measure", lambda _: estimates._Pace(1_000, validated=False))
+    pace = estimates._Pace(1_000, validated=False)
+    monkeypatch.setattr(estimates, "_measure_all", lambda configs, _: iter([pace] * len(configs)))
     told = []
-    found = estimate([job(), job(1, network={"hidden_sizes": (8,)})], store, 1, told.append)
+    jobs = [job(), job(1, network={"hidden_sizes": (8,)})]
+    found = estimate(jobs, [], store, 1, told.append)
     # each: five validations of twenty flights on the way
     assert found.seconds == 2 * (50 + (500 + 5 * 20) * 0.01 + 200 * 0.1)
     assert (found.measured, told) == (2, [0.5, 1.0])
 
 
+def test_a_tuning_takes_its_trials_and_gains_by_hand_one(store, monkeypatch):
+    monkeypatch.setattr(estimates, "_try_gains", lambda _: 0.5)
+    tunings = [
+        PidJob(Tuning(tuner=tuner, seed=seed, trials=20))
+        for tuner, seed in (("twiddle", 0), ("hand", 0), ("tpe", 0), ("tpe", 1))
+    ]
+    done = store.runs / tunings[3].digest
+    done.mkdir()
+    (done / "evaluation.json").write_text("{}")
+    found = estimate([], tunings, store, 2)
+    assert found == Estimate(0, 3, observations=0, seconds=(20 + 1 + 20) * 0.5 / 2, measured=0)
+    assert str(found).startswith("3 tunings of the PID are missing: about 1 min here")
+
+
+def test_one_trial_of_a_tuning_is_timed_by_flying_it():
+    assert 0 < estimates._try_gains(Tuning(tuner="hand", seed=0, starts=2)) < 60
+
+
 def test_nothing_is_measured_where_nothing_is_missing(store):
     write_run(store.runs / job().digest)
-    found = estimate([job()], store, 2)
-    assert found == Estimate(missing=0, observations=0, seconds=0, measured=0)
+    found = estimate([job()], [], store, 2)
+    assert found == Estimate(0, 0, observations=0, seconds=0, measured=0)
     assert str(found) == "nothing is missing"
 
 
 def test_a_long_study_is_told_in_hours():
-    assert "about 2 h 5 min here" in str(Estimate(3, 2_000_000, 7_500.0, 1))
-    assert "about 1 min here" in str(Estimate(3, 2_000_000, 7.0, 1))
+    assert "about 2 h 5 min here" in str(Estimate(3, 0, 2_000_000, 7_500.0, 1))
+    assert str(Estimate(3, 4, 2_000_000, 7.0, 1)).startswith(
+        "3 runs of 2.0 million observations and 4 tunings of the PID are missing: about 1 min here"
+    )
 
 
 @pytest.mark.parametrize(

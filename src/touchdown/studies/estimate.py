@@ -1,26 +1,31 @@
 """How long jobs will take, from how fast their kinds are on this machine."""
 
 import dataclasses
+import multiprocessing
+import signal
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from touchdown import device, files
+from touchdown import cores, device, files
 from touchdown.config import Config
 from touchdown.errors import Interrupted
 from touchdown.lander import env as lander
 from touchdown.runs import folder as folders
 from touchdown.runs import pilots
+from touchdown.runs import tune as tuning
 from touchdown.runs.evaluate import Fleet
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.train import Status, Trainer
 from touchdown.seeding import VALIDATION_STARTS
 from touchdown.studies.store import Store
-from touchdown.studies.work import TrainJob
+from touchdown.studies.tuners import Tuning
+from touchdown.studies.work import PidJob, TrainJob
 
 _SECONDS_WARM = 1.0  # that compilation and the first, emptier steps are over by
 _SECONDS_MEASURED = 2.0
@@ -45,23 +50,25 @@ class Estimate:
 
     missing: int
     """Training runs."""
+    tunings: int
+    """Of the PID, missing too."""
     observations: int
-    """At most: what episodes and validations end early is not known before."""
+    """Of the runs, at most: what episodes and validations end early is not known before."""
     seconds: float
-    """Of training and flights, with so many workers."""
+    """Of training, flights and tunings, with so many workers."""
     measured: int
     """Kinds of run that were flown to know."""
 
     def __str__(self) -> str:
         """In a sentence."""
-        if not self.missing:
+        if not self.missing + self.tunings:
             return "nothing is missing"
         hours, minutes = divmod(max(1, round(self.seconds / 60)), 60)
         long = f"{hours} h {minutes} min" if hours else f"{minutes} min"
-        return (
-            f"{self.missing} runs of {self.observations / 1e6:,.1f} million observations are "
-            f"missing: about {long} here, the flights of validation and test counted"
-        )
+        runs = f"{self.missing} runs of {self.observations / 1e6:,.1f} million observations"
+        tunings = f"{self.tunings} tunings of the PID"
+        what = " and ".join([runs] * (self.missing > 0) + [tunings] * (self.tunings > 0))
+        return f"{what} are missing: about {long} here, the flights of validation and test counted"
 
 
 class _Pace(NamedTuple):
@@ -92,33 +99,39 @@ def kind_of(config: Config) -> Kind:
 
 
 def estimate(
-    jobs: Sequence[TrainJob],
+    runs: Sequence[TrainJob],
+    tunings: Sequence[PidJob],
     store: Store,
     workers: int,
     on_done: Callable[[float], object] = lambda _: None,
 ) -> Estimate:
-    """How long the missing training runs will take.
+    """How long what is missing will take.
 
     Args:
-        jobs: all, done or not.
+        runs: all training runs, done or not.
+        tunings: all tunings of the PID, done or not.
         store: finished runs there tell the speed of their kind.
-        workers: runs at a time.
+        workers: jobs at a time.
         on_done: told the share of kinds that are known.
     """
-    missing = store.missing(jobs)
-    paces = _known_paces([job for job in jobs if job.is_done(store.runs)], store)
-    wanted = {kind_of(job.config): job.config for job in missing}
-    unknown = [kind for kind in wanted if kind not in paces]
-    for count, kind in enumerate(unknown, start=1):
-        paces[kind] = _measure(wanted[kind])
+    missing = [job for job in runs if not job.is_done(store.runs)]
+    searches = [job.tuning for job in tunings if not job.is_done(store.runs)]
+    paces = _known_paces([job for job in runs if job.is_done(store.runs)], store)
+    unknown = {kind: job.config for job in missing if (kind := kind_of(job.config)) not in paces}
+    measured = _measure_all(list(unknown.values()), workers)
+    for count, (kind, pace) in enumerate(zip(unknown, measured, strict=True), start=1):
+        paces[kind] = pace
         on_done(count / len(unknown))
     times = {env_id: _fly(env_id) for env_id in {job.config.env_id for job in missing}}
     seconds = sum(
         _seconds_of(job.config, paces[kind_of(job.config)], times[job.config.env_id])
         for job in missing
     )
+    if searches:
+        trial = _try_gains(searches[0])
+        seconds += sum(trial * (1 if each.tuner == "hand" else each.trials) for each in searches)
     observations = sum(most_observations(job.config) for job in missing)
-    return Estimate(len(missing), observations, seconds / workers, len(unknown))
+    return Estimate(len(missing), len(searches), observations, seconds / workers, len(unknown))
 
 
 def most_observations(config: Config) -> int:
@@ -161,6 +174,31 @@ def _fly(env_id: str) -> _FlightTimes:
             fleet.fly(pilot, VALIDATION_STARTS[:_FLIGHTS])
             seconds.append((time.perf_counter() - began) / _FLIGHTS)
     return _FlightTimes(*seconds)
+
+
+def _try_gains(search: Tuning) -> float:
+    """Seconds of one trial of a tuning of the PID."""
+    with tuning.Objective(search.rule, search.starts, search.seed) as objective:
+        began = time.perf_counter()
+        objective(objective.point_of(tuning.HAND_PICKED))
+        return time.perf_counter() - began
+
+
+def _measure_all(configs: Sequence[Config], workers: int) -> Iterator[_Pace]:
+    """The pace of each, as many at a time as will run: side by side they are slower than alone."""
+    if not configs:
+        return
+    context = multiprocessing.get_context("spawn")
+    with (
+        cores.one_thread_each(),
+        ProcessPoolExecutor(
+            min(workers, len(configs)),
+            mp_context=context,
+            initializer=signal.signal,
+            initargs=(signal.SIGINT, signal.SIG_IGN),  # who started them says what follows
+        ) as pool,
+    ):
+        yield from pool.map(_measure, configs)
 
 
 def _measure(config: Config) -> _Pace:
