@@ -1,3 +1,4 @@
+import html
 import json
 import re
 import shutil
@@ -78,12 +79,15 @@ def test_its_report_has_figure_table_and_film(done, tmp_path):
     assert report.page == results / "reports" / "tiny" / "index.html"
     assert text.count("<svg") >= 1
     assert "data:image/gif" in text
-    assert f"touchdown study run {file}" in text
+    where = f"--results-dir {results}"
+    again = f"touchdown study run {file} {where} && touchdown study report tiny {where}"
+    assert html.escape(again) in text
     links = re.findall(r'href="([^"]*learning-curve[^"]*)"', text)
     assert len(links) == 4
     assert all((report.page.parent / link).is_file() for link in links)
     elsewhere = studying.study_report("tiny", results_dir=results, out=tmp_path / "page")
     assert "learning-curve" not in elsewhere.page.read_text()
+    assert f"report tiny --out {tmp_path / 'page'} {where}" in elsewhere.page.read_text()
     table = (tmp_path / "page" / "tables" / "tiny.csv").read_text().splitlines()
     assert len(table) == 5
     assert table[0].startswith("study,learning.gamma,seed,run,best_return")

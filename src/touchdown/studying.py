@@ -278,6 +278,7 @@ def study_report(
     if len(store.missing(what.jobs)) == len(what.jobs):
         raise UserError(f"study {what.name!r}: none of its runs is done; begin: {what.command}")
     folder = Path(out) if out is not None else store.path / "reports" / what.name
+    command = _command_of_page(what, store, out)
     device.use_default()
     shown = console or Console(quiet=True)
     sections = 1 if what.file else len(paper.topics(what.scale)) if what.name == PAPER else 1
@@ -289,7 +290,7 @@ def study_report(
         if what.file is not None:
             ((study, n),) = what.studies
             return reports.write_study_report(
-                study, n, store, folder, command=what.command, linked=out is None, on_step=step
+                study, n, store, folder, command=command, linked=out is None, on_step=step
             )
         return reports.write_paper_report(
             what.scale,
@@ -297,10 +298,18 @@ def study_report(
             store,
             folder,
             names=None if what.name == PAPER else [what.name],
-            command=what.command,
+            command=command,
             linked=out is None,
             on_step=step,
         )
+
+
+def _command_of_page(what: Planned, store: Store, out: Path | str | None) -> str:
+    """What runs the study and writes its page, from nothing."""
+    where = [] if store.path == DEFAULT_RESULTS else ["--results-dir", str(store.path)]
+    to = [] if out is None else ["--out", str(out)]
+    report = shlex.join(["touchdown", "study", "report", what.name, *to, *where])
+    return f"{shlex.join([*shlex.split(what.command), *where])} && {report}"
 
 
 @dataclass(frozen=True, slots=True)
