@@ -3,7 +3,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help land test test-all exactness sanitize check docs bench peers lock format clean FORCE
+.PHONY: help land test test-all exactness sanitize check docs bench peers paper lock format clean FORCE
 
 UV_VERSION := 0.13.9
 PYTHON ?= python3.13 python3.12 python3.11 python3
@@ -59,6 +59,10 @@ bench: $(BENCH_READY) ## compare the engine's, the training's and an update's sp
 
 peers: $(BENCH_READY) ## train peers and presets side by side, for hours; goes on if stopped
 	@.venv-bench/bin/python benchmarks/peers.py $(ARGS)
+
+paper: $(READY) ## redo the paper's experiments and docs/results, for half an hour; goes on if stopped
+	@$(BIN)/touchdown study run paper $(ARGS)
+	@$(BIN)/touchdown study report paper --out docs/results
 
 lock: $(READY) ## pin the newest packages that fit (UPGRADE= keeps the pins that still fit)
 	@$(BIN)/uv pip compile --quiet --universal --fork-strategy fewest --python-version 3.11 \

@@ -81,11 +81,11 @@ def test_a_study_killed_at_three_random_moments_equals_one_that_was_not(tmp_path
     unfinished = 0
     for _ in range(3):
         process = begin(study, tmp_path / "killed")
-        time.sleep(rng.uniform(0.35, 0.65) * whole)
+        time.sleep(rng.uniform(0.25, 0.45) * whole)
         unfinished += process.poll() is None
         process.send_signal(signal.SIGKILL)
         process.wait()
-    assert unfinished > 0  # or nothing was tried
+    assert unfinished >= 2  # or little was tried
     assert begin(study, tmp_path / "killed").wait() == 0
     assert begun_and_done(tmp_path / "killed") == (4, 4)
     assert contents(tmp_path / "killed") == contents(tmp_path / "whole")
