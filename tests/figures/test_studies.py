@@ -25,6 +25,9 @@ def test_levels_on_an_axis_have_their_seeds_their_mean_and_its_interval():
     # Student's t of three seeds: 4.303 standard errors
     assert_allclose(first[:, 1], 12 + 4.3027 * 2 / 3**0.5 * np.array([-1, 1]), rtol=1e-4)
     assert_allclose(second[:, 1], 210 + 4.3027 * 10 / 3**0.5 * np.array([-1, 1]), rtol=1e-4)
+    # the seeds stand beside their mean, not under it
+    aside = ax.collections[0].get_offset_transform().transform((10, 12))
+    assert aside[0] > ax.transData.transform((10, 12))[0]
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["one layer"]
     assert ax.get_xlabel() == "nodes"
 
@@ -54,28 +57,40 @@ def test_a_list_of_levels_reads_from_the_top_and_names_what_it_is_compared_with(
     assert [text.get_text() for text in ax.get_yticklabels()] == ["dqn", "target"]
     assert ax.get_ylim()[0] > ax.get_ylim()[1]
     assert {text.get_text() for text in ax.texts} == {"12", "210", "PID"}
+    shares = studies.draw_rows(new_axes(), [Row("dqn", LOW / 100)], shares=True)
+    assert [text.get_text() for text in shares.texts] == ["12%"]
     colours = {line.get_color() for line in ax.get_lines()}
     assert len(colours) == 3
 
 
 def test_a_map_says_mean_and_seeds_of_each_cell_and_leaves_out_what_is_missing():
-    means = np.array([[100.0, np.nan], [150.0, 200.0]])
-    counts = np.array([[3.0, 0.0], [3.0, 2.0]])
-    ax = studies.draw_map(
-        new_axes(), ("decay", ["0.9", "0.99"]), ("γ", ["0.95", "0.99"]), means, counts
-    )
+    cells = {(0, 0): LOW, (1, 0): HIGH, (1, 1): np.array([150.0])}
+    ax = studies.draw_map(new_axes(), ("decay", ["0.9", "0.99"]), ("γ", ["0.95", "0.99"]), cells)
     texts = {text.get_text(): text.get_position() for text in ax.texts}
-    assert texts == {"100\nn = 3": (0, 0), "150\nn = 3": (0, 1), "200\nn = 2": (1, 1)}
+    assert texts == {
+        "12\n7 to 17\nn = 3": (0, 0),
+        "210\n185 to 235\nn = 3": (0, 1),
+        "150\n150 to 150\nn = 1": (1, 1),
+    }
 
 
 def test_numbers_have_room_and_outliers_do_not_squeeze_the_rest():
-    ax = studies.finish(new_axes(), "return", np.array([-4_000.0, 100.0, 200.0]), "y")
+    ax = studies.finish(new_axes(), "return", [np.array([-4_000.0, 100.0, 200.0])], "y")
     assert -400 < ax.get_ylim()[0] < -300
-    assert ax.get_ylim()[1] > 200
+    assert 200 < ax.get_ylim()[1] < 400
     assert ax.get_ylabel() == "return"
 
 
+def test_an_axis_reaches_over_the_intervals_and_what_stands_beside_them():
+    ax = studies.finish(new_axes(), "return", [LOW, HIGH], "x", others=[-180.0])
+    # 210 ± 4.303 standard errors of 10 / √3
+    assert ax.get_xlim()[1] > 234.8
+    assert ax.get_xlim()[0] < -180
+
+
 def test_shares_are_per_cent_from_nothing():
-    ax = studies.finish(new_axes(), "share", np.array([0.0, 0.5]), "x", shares=True)
-    assert_allclose(ax.get_xlim(), (-0.02, 0.6))
+    ax = studies.finish(
+        new_axes(), "share", [np.array([0.2, 0.2]), np.array([0.5])], "x", shares=True
+    )
+    assert_allclose(ax.get_xlim(), (-0.02, 0.55))
     assert ax.xaxis.get_major_formatter()(0.5) == "50%"

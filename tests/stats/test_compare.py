@@ -31,13 +31,14 @@ def test_swapping_the_sides_turns_everything_round():
     assert_allclose(ab.difference.low, -ba.difference.high)
     assert_allclose(ab.probability_of_improvement.value, 1 - ba.probability_of_improvement.value)
     assert ab.p_value == ba.p_value
-    assert ab.seeds_needed == ba.seeds_needed
+    assert ab.seeds_needed() == ba.seeds_needed()
+    assert ab.effect == -ba.effect
 
 
 def test_seeds_that_all_agree_are_the_same_or_they_are_not():
     same, different = compare([5, 5], [5, 5]), compare([5, 5], [6, 6])
-    assert (same.p_value, same.seeds_needed) == (1, None)
-    assert (different.p_value, different.seeds_needed) == (0, 2)
+    assert (same.p_value, same.seeds_needed()) == (1, None)
+    assert (different.p_value, different.seeds_needed()) == (0, 2)
 
 
 def test_seeds_that_all_agree_on_one_side_are_compared_without_a_warning():
@@ -50,19 +51,25 @@ def test_a_difference_that_hardly_is_one_is_given_up():
     rng = np.random.default_rng(0)
     sample = rng.normal(size=20)
     found = compare(sample, sample + 0.01)
-    assert found.seeds_needed is None
-    assert compare(sample, sample + 1).seeds_needed < MOST_SEEDS
+    assert found.seeds_needed() is None
+    assert compare(sample, sample + 1).seeds_needed() < MOST_SEEDS
 
 
 def test_as_many_seeds_as_are_said_to_be_needed_find_it_four_times_in_five():
     rng = np.random.default_rng(0)
     base = stats.zscore(np.arange(6.0), ddof=1)
-    needed = compare(base, base + 1).seeds_needed
+    needed = compare(base, base + 1).seeds_needed()
     # statsmodels and every table: 17 a side for an effect of 1
     assert needed == 17
     samples = rng.normal(size=(2, 2_000, needed))
     p = stats.ttest_ind(samples[0], samples[1] + 1, axis=1).pvalue
     assert abs(np.mean(p < 0.05) - 0.8) < 0.03
+
+
+def test_a_stricter_test_needs_more_seeds():
+    base = stats.zscore(np.arange(6.0), ddof=1)
+    for found in (compare(base, base + 1), margin(base, 1), trend([base, base + 1])):
+        assert found.seeds_needed(0.005) > found.seeds_needed(0.05)
 
 
 def test_holm_multiplies_the_least_by_their_number():
@@ -92,8 +99,8 @@ def test_what_rises_at_every_level_has_a_tau_near_one():
 
 
 def test_a_level_line_is_no_trend():
-    assert trend([[3, 3], [3, 3]]) == trend([[1], [1], [1]])
-    assert trend([[3, 3], [3, 3]]).seeds_needed is None
+    assert trend([[3, 3], [3, 3]]) == trend([[1, 1], [1, 1], [1, 1]])
+    assert trend([[3, 3], [3, 3]]).seeds_needed() is None
     with pytest.raises(ValueError, match="at least 2 levels"):
         trend([[1, 2]])
 
@@ -103,7 +110,7 @@ def test_a_weak_trend_takes_more_seeds():
     noise = rng.normal(size=(4, 5))
     weak = trend(noise + 0.3 * np.arange(4)[:, None])
     strong = trend(noise + 2 * np.arange(4)[:, None])
-    assert strong.seeds_needed < weak.seeds_needed
+    assert strong.seeds_needed() < weak.seeds_needed()
 
 
 def test_the_best_of_levels_far_apart_is_always_the_same():

@@ -1,6 +1,9 @@
+import re
+
 import numpy as np
 import pytest
 
+from touchdown.stats.compare import compare, margin
 from touchdown.studies.claims import (
     Alike,
     Best,
@@ -83,13 +86,38 @@ def test_claims_of_one_study_are_corrected_for_each_other():
     assert among.p_value == pytest.approx(4 * alone.p_value)
 
 
-def test_what_is_undecided_says_how_many_seeds_would_do():
+def seeds_more(claims, values):
+    decision = decide([Claim("x", "1", test) for test in claims], values)[0]
+    assert decision.verdict == "undecided"
+    return int(re.search(r"about (\d+) more seeds? of each", decision.evidence)[1])
+
+
+def test_what_is_undecided_says_how_many_more_seeds_would_do():
     def values(labels, _metric):
         return np.array({"a": [10, 12, 14, 11], "b": [8, 10, 13, 9]}[labels[0]], float)
 
-    decision = decide([Claim("x", "1", Greater(A, B))], values)[0]
-    assert decision.verdict == "undecided"
-    assert "seeds of each would decide it" in decision.evidence
+    needed = compare(values(B, ""), values(A, "")).seeds_needed()
+    assert seeds_more([Greater(A, B)], values) == needed - 4
+    # beside other claims the test is stricter, and asks for more
+    assert seeds_more([Greater(A, B)] * 4, values) > needed - 4
+
+
+def test_what_the_correction_alone_left_open_takes_one_seed_more_at_least():
+    def values(labels, _metric):
+        return np.array({"a": [12, 14, 16, 13], "b": [8, 10, 13, 9]}[labels[0]], float)
+
+    assert verdicts([Greater(A, B)], a=values(A, ""), b=values(B, "")) == ["holds"]
+    assert seeds_more([Greater(A, B)] * 3, values) >= 1
+
+
+def test_what_is_far_from_near_needs_one_side_only_to_fail():
+    def values(_labels, _metric):
+        return np.array([120, 160, 175, 230], float)
+
+    # the mean of 171 is far above 50 and hardly below 170 + 20: one side is enough against it
+    assert (
+        seeds_more([Near(A, 50, 100)], values) == margin(values(A, ""), 150).seeds_needed(0.025) - 4
+    )
 
 
 def test_a_claim_that_is_just_not_true_seldom_holds():

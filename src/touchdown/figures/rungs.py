@@ -65,9 +65,11 @@ def draw_shares(ax: Axes, curves: Mapping[str, Sequence[Curve]], what: str) -> A
 
 
 def _draw_curves(ax: Axes, curves: Mapping[str, Sequence[Curve]]) -> None:
+    # the more bands lie over each other, the fainter each must be
+    alpha = min(0.15, 0.36 / len(curves))
     for (name, runs), colour in zip(curves.items(), _COLOURS, strict=False):
         at, mean, half = mean_and_interval(runs)
-        ax.fill_between(at, mean - half, mean + half, color=colour, alpha=0.15, linewidth=0)
+        ax.fill_between(at, mean - half, mean + half, color=colour, alpha=alpha, linewidth=0)
         seeds = "1 seed" if len(runs) == 1 else f"{len(runs)} seeds"
         ax.plot(at, mean, color=colour, linewidth=1.8, label=f"{name}, {seeds}")
 

@@ -1,5 +1,6 @@
 """What a study found: the seeds of each level, and the interval of their mean."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -7,15 +8,19 @@ from typing import Any, Literal
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator, PercentFormatter
+from matplotlib.transforms import Transform, offset_copy
 
 from touchdown.figures import style
-from touchdown.stats.seeds import SeedSummary, summarise_seeds
+from touchdown.stats.seeds import mean_interval
+from touchdown.stats.summary import Interval
 from touchdown.types import FloatArray
 
 COLOURS = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, style.RED)
 _SEED: dict[str, Any] = {"s": 14, "alpha": 0.45, "linewidths": 0, "zorder": 2}
 _WIDE = 30.0  # greatest position over the least from which an axis is logarithmic
-_LEAST_SHOWN = -300.0  # return points: lower ones would squeeze all that matters
+# return points: what few seeds leave open beyond them would squeeze all that matters
+_LEAST_SHOWN, _MOST_SHOWN = -300.0, 320.0
+_BESIDE = 4.0  # points of type from a mean to its seeds
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,12 +58,19 @@ def draw_over_axis(
     ax.set_xscale(*scale[:1], **scale[1])
     if base is not None:
         ax.axvline(base, color=style.FAINT, linewidth=6, zorder=0)
-    for (name, points), colour in zip(lines.items(), COLOURS, strict=False):
+    for i, ((name, points), colour) in enumerate(zip(lines.items(), COLOURS, strict=False)):
+        aside = _BESIDE * 1.5 * (i - (len(lines) - 1) / 2)
         at = [point.position for point in points]
-        found = [summarise_seeds(point.values) for point in points]
+        found = [mean_interval(point.values) for point in points]
         for point in points:
-            ax.scatter([point.position] * len(point.values), point.values, color=colour, **_SEED)
-        _errors(ax, at, found, colour, name)
+            ax.scatter(
+                [point.position] * len(point.values),
+                point.values,
+                color=colour,
+                transform=_moved(ax, aside + math.copysign(_BESIDE, aside)),
+                **_SEED,
+            )
+        _errors(ax, at, found, colour, name, _moved(ax, aside))
     ax.set_xticks(positions, [_short(position) for position in positions])
     ax.xaxis.set_minor_locator(NullLocator())
     ax.set_xlabel(axis)
@@ -67,12 +79,22 @@ def draw_over_axis(
     return style.tidy(ax)
 
 
+def _moved(ax: Axes, right: float = 0.0, down: float = 0.0) -> Transform:
+    """The data's own transform, so many points of type aside: what coincides is seen apart."""
+    return offset_copy(ax.transData, ax.get_figure(root=True), x=right, y=-down, units="points")
+
+
 def _errors(
-    ax: Axes, at: Sequence[float], found: Sequence[SeedSummary], colour: str, name: str
+    ax: Axes,
+    at: Sequence[float],
+    found: Sequence[Interval],
+    colour: str,
+    name: str,
+    transform: Transform,
 ) -> None:
-    means = np.array([each.mean.value for each in found])
-    low = means - [each.mean.low for each in found]
-    high = np.array([each.mean.high for each in found]) - means
+    means = np.array([each.value for each in found])
+    low = means - [each.low for each in found]
+    high = np.array([each.high for each in found]) - means
     ax.errorbar(
         at,
         means,
@@ -85,25 +107,39 @@ def _errors(
         markersize=5,
         label=name or None,
         zorder=3,
+        transform=transform,
     )
 
 
-def draw_rows(ax: Axes, rows: Sequence[Row], lines: Mapping[str, float] | None = None) -> Axes:
+def draw_rows(
+    ax: Axes,
+    rows: Sequence[Row],
+    lines: Mapping[str, float] | None = None,
+    *,
+    shares: bool = False,
+) -> Axes:
     """A list of levels from the top: the seeds, their mean with its 95% interval.
 
     Args:
         ax: to draw on.
         rows: the levels.
         lines: numbers to compare with, by name, such as the PID's.
+        shares: whether the numbers are shares, from 0 to 1.
     """
     for place, row in enumerate(rows):
         colour = style.ORANGE if row.is_base else style.BLUE
-        ax.scatter(row.values, [place] * len(row.values), color=colour, **_SEED)
-        mean = summarise_seeds(row.values).mean
+        ax.scatter(
+            row.values,
+            [place] * len(row.values),
+            color=colour,
+            transform=_moved(ax, down=2 * _BESIDE),
+            **_SEED,
+        )
+        mean = mean_interval(row.values)
         ax.plot([mean.low, mean.high], [place, place], color=colour, linewidth=2.4, zorder=3)
         ax.plot([mean.value], [place], color=colour, marker="o", markersize=7, zorder=4)
         ax.annotate(
-            f"{mean.value:.0f}" if abs(mean.value) >= 10 else f"{mean.value:.2g}",
+            _told(mean.value, shares=shares),
             (mean.value, place),
             xytext=(0, 7),
             textcoords="offset points",
@@ -131,30 +167,36 @@ def draw_rows(ax: Axes, rows: Sequence[Row], lines: Mapping[str, float] | None =
     return ax
 
 
+def _told(mean: float, *, shares: bool) -> str:
+    if shares:
+        return f"{mean:.0%}"
+    return f"{mean:.0f}" if abs(mean) >= 10 else f"{mean:.2g}"
+
+
 def draw_map(
     ax: Axes,
     across: tuple[str, Sequence[str]],
     up: tuple[str, Sequence[str]],
-    means: FloatArray,
-    counts: FloatArray,
+    cells: Mapping[tuple[int, int], FloatArray],
 ) -> Axes:
-    """Two factors: the mean of each cell, as a colour and a number.
+    """Two factors: the mean of each cell as a colour, and with its 95% interval in words.
 
     Args:
         ax: to draw on.
         across: the name of the factor along x, and its levels.
         up: the name of the factor along y, and its levels.
-        means: [levels up, levels across]; NaN where there is none.
-        counts: seeds of each cell, of the same shape.
+        cells: [n], a number a seed, of at least one cell, by its levels' places up and across.
     """
+    found = {place: mean_interval(values) for place, values in cells.items()}
+    means = np.full((len(up[1]), len(across[1])), np.nan)
+    for place, mean in found.items():
+        means[place] = mean.value
     low, high = float(np.nanmin(means)), float(np.nanmax(means))
     ax.imshow(means, cmap="viridis", vmin=low, vmax=high, aspect="auto", origin="lower")
-    for (y, x), mean in np.ndenumerate(means):
-        if np.isnan(mean):
-            continue
-        bright = (mean - low) > 0.6 * (high - low)
+    for (y, x), mean in found.items():
+        bright = (mean.value - low) > 0.6 * (high - low)
         ax.annotate(
-            f"{mean:.0f}\nn = {counts[y, x]:.0f}",
+            f"{mean.value:.0f}\n{mean.low:.0f} to {mean.high:.0f}\nn = {len(cells[y, x])}",
             (float(x), float(y)),
             ha="center",
             va="center",
@@ -171,29 +213,38 @@ def draw_map(
 
 
 def finish(
-    ax: Axes, what: str, values: FloatArray, along: Literal["x", "y"], *, shares: bool = False
+    ax: Axes,
+    what: str,
+    groups: Sequence[FloatArray],
+    along: Literal["x", "y"],
+    *,
+    others: Sequence[float] = (),
+    shares: bool = False,
 ) -> Axes:
-    """Name the axis of the numbers, and fit it to the seeds.
+    """Name the axis of the numbers, and fit it to the seeds and their intervals.
 
     The interval of few seeds that differ is wider than all that is worth seeing: it is cut off.
 
     Args:
         ax: to finish.
         what: the numbers are.
-        values: all numbers drawn.
+        groups: the seeds' numbers of each level drawn, one seed or more.
         along: which axis they are on.
+        others: numbers drawn beside them, to be seen too.
         shares: whether they are shares, from 0 to 1, and not return points.
     """
     axis = ax.xaxis if along == "x" else ax.yaxis
     limit = ax.set_xlim if along == "x" else ax.set_ylim
     axis.set_label_text(what)
-    least, most = float(values.min()), float(values.max())
+    means = [mean_interval(group) for group in groups]
+    least = min(*(mean.low for mean in means), *(float(group.min()) for group in groups), *others)
+    most = max(*(mean.high for mean in means), *(float(group.max()) for group in groups), *others)
     if shares:
-        axis.set_major_formatter(PercentFormatter(1.0))
-        limit(-0.02, min(1.05, 1.2 * max(0.1, most)))
+        axis.set_major_formatter(PercentFormatter(1.0, decimals=0))
+        limit(-0.02, min(1.05, 1.1 * max(0.1, most)))
         return ax
-    least = max(_LEAST_SHOWN, least)
-    room = max(0.12 * (most - least), 0.02 * abs(most), 1e-3)
+    least, most = max(_LEAST_SHOWN, least), min(_MOST_SHOWN, most)
+    room = max(0.05 * (most - least), 0.02 * abs(most), 1e-3)
     limit(least - room, most + room)
     return ax
 

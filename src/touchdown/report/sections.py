@@ -1,8 +1,9 @@
 """What a report says of one study: its figure, its claims, its levels compared, its runs."""
 
+import itertools
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +20,9 @@ from touchdown.stats.summary import Interval
 from touchdown.studies.claims import Decision, p_text
 from touchdown.studies.plan import Level
 from touchdown.studies.results import METRICS, StudyResults
-from touchdown.types import FloatArray
 
 _NONE = "–"
+_TRAINING = ("last weights", "over training", "observations to 200", "seconds to 200")
 
 
 def claim_rows(decisions: Sequence[Decision]) -> tuple[ClaimRow, ...]:
@@ -31,9 +32,17 @@ def claim_rows(decisions: Sequence[Decision]) -> tuple[ClaimRow, ...]:
     )
 
 
-def interval_text(found: Interval) -> str:
-    """A number with its interval, in return points."""
-    return f"{found.value:.0f} [{found.low:.0f}, {found.high:.0f}]"
+def _points(value: float) -> str:
+    return f"{value:.0f}"
+
+
+def _percent(value: float) -> str:
+    return f"{value:.1%}"
+
+
+def interval_text(found: Interval, told: Callable[[float], str] = _points) -> str:
+    """A number with its interval, in return points unless told otherwise."""
+    return f"{told(found.value)} [{told(found.low)}, {told(found.high)}]"
 
 
 def level_table(results: StudyResults, metric: str = "best_return") -> Table:
@@ -56,41 +65,57 @@ def level_table(results: StudyResults, metric: str = "best_return") -> Table:
     corrected = dict(
         zip(known, compare.holm([found.p_value for found in known.values()]), strict=True)
     )
+    told = _percent if is_share(metric) else _points
     rows: list[tuple[Cell, ...]] = []
     for cell in cells:
-        chosen = summarise_seeds(results.values(cell.labels, "best_return"))
-        last = summarise_seeds(results.values(cell.labels, "last_return"))
-        area = summarise_seeds(results.values(cell.labels, "area"))
-        band = _NONE if chosen.band is None else f"{chosen.band[0]:.0f} to {chosen.band[1]:.0f}"
+        seeds = summarise_seeds(results.values(cell.labels, metric))
         comparison = known.get(cell.labels)
+        against = (
+            (_NONE,) * 3
+            if comparison is None
+            else (
+                f"{'+' * (comparison.difference.value > 0)}{told(comparison.difference.value)}",
+                f"{comparison.probability_of_improvement.value:.0%}",
+                p_text(corrected[cell.labels]),
+            )
+        )
         rows.append(
             (
                 f"{cell.name} (base)" if cell.labels == base.labels else cell.name,
-                str(chosen.n),
-                interval_text(chosen.iqm),
-                interval_text(chosen.mean),
-                band,
-                f"{last.mean.value:.0f}",
-                f"{area.mean.value:.0f}",
-                _to_solved([run.observations_to_solved for run in results.of(cell.labels)]),
-                _to_solved([run.seconds_to_solved for run in results.of(cell.labels)]),
-                _NONE if comparison is None else f"{comparison.difference.value:+.0f}",
-                _NONE
-                if comparison is None
-                else f"{comparison.probability_of_improvement.value:.0%}",
-                _NONE if comparison is None else p_text(corrected[cell.labels]),
+                str(seeds.n),
+                interval_text(seeds.iqm, told),
+                interval_text(seeds.mean, told),
+                _NONE if seeds.band is None else " to ".join(map(told, seeds.band)),
+                *(() if is_share(metric) else _training_cells(results, cell.labels)),
+                *against,
             )
         )
     return Table(
-        "Chosen checkpoint on the test starts, by level; against the base: difference of means, "
-        "probability of improvement, p by Holm's correction.",
+        f"{METRICS[metric].capitalize()}, by level; against the base: difference of means, "
+        "probability that a seed has more, p by Holm's correction.",
         (
-            "level", "n", "IQM [95%]", "mean [95%]", "band of seeds", "last weights",
-            "over training", "observations to 200", "seconds to 200", "against base",
-            "P(better)", "p",
+            "level", "n", "IQM [95%]", "mean [95%]", "band of seeds",
+            *(() if is_share(metric) else _TRAINING),
+            "against base", "P(more)", "p",
         ),
         tuple(rows),
     )  # fmt: skip
+
+
+def is_share(metric: str) -> bool:
+    """Whether a metric's numbers are shares, from 0 to 1, and not return points."""
+    return metric.endswith("_share")
+
+
+def _training_cells(results: StudyResults, labels: tuple[str, ...]) -> tuple[str, ...]:
+    """How a level's seeds got to their return."""
+    runs = results.of(labels)
+    return (
+        _points(float(np.mean(results.values(labels, "last_return")))),
+        _points(float(np.mean(results.values(labels, "area")))),
+        _to_solved([run.observations_to_solved for run in runs]),
+        _to_solved([run.seconds_to_solved for run in runs]),
+    )
 
 
 def _to_solved(values: Sequence[float]) -> str:
@@ -141,30 +166,32 @@ def run_table(results: StudyResults, beside: Path | None) -> Table:
 
 
 def save_picture(
-    results: StudyResults, metric: str, lines: Mapping[str, float], stem: Path
+    title: str, results: StudyResults, metric: str, lines: Mapping[str, float], stem: Path
 ) -> Picture:
     """Draw a study's levels, as its factors ask for.
 
     Args:
+        title: what the picture is about.
         results: of a study.
         metric: what is shown.
         lines: numbers to compare with, by name; only lists of levels show them.
         stem: path without its suffix.
     """
     study = results.study
-    shares = metric.endswith("_share")
+    shares = is_share(metric)
     if len(study.factors) == 2:
         _draw_map(results, metric, stem)
     elif all(level.position is not None for level in study.factors[0].levels):
-        values = np.concatenate([results.values(cell.labels, metric) for cell in study.cells()])
         figure = style.new_figure(7.2, 3.6)
+        series = _series(results, metric)
         ax = figures.draw_over_axis(
             figure.subplots(),
-            _series(results, metric),
+            series,
             study.factors[0].name,
             _position_of(study.factors[0].levels, study.base_cell().labels[0]),
         )
-        figures.finish(ax, METRICS[metric], values, "y", shares=shares)
+        groups = [point.values for points in series.values() for point in points]
+        figures.finish(ax, METRICS[metric], groups, "y", shares=shares)
         _save(figure, stem)
     else:
         found = [
@@ -178,7 +205,7 @@ def save_picture(
     return Picture(
         stem.with_suffix(".svg"),
         stem.with_suffix(".png"),
-        f"{study.title}: {METRICS[metric]} of each level",
+        f"{title}: {METRICS[metric]} of each level",
         f"{METRICS[metric].capitalize()}; mean with its 95% interval over n = {count} training "
         "seeds, the seeds behind it.",
     )
@@ -204,9 +231,11 @@ def save_rows(
         from_zero: whether their axis begins at 0.
     """
     figure = style.new_figure(7.2, 0.9 + 0.5 * len(rows))
-    ax = figures.draw_rows(figure.subplots(), [row for row in rows if len(row.values)], lines)
-    values = np.concatenate([row.values for row in rows])
-    figures.finish(ax, what, values, "x", shares=shares)
+    known = [row for row in rows if len(row.values)]
+    ax = figures.draw_rows(figure.subplots(), known, lines, shares=shares)
+    others = tuple((lines or {}).values())
+    groups = [row.values for row in known]
+    figures.finish(ax, what, groups, "x", others=others, shares=shares)
     if from_zero:
         ax.set_xlim(left=0)
     _save(figure, stem)
@@ -216,10 +245,11 @@ def _save(figure: Figure, stem: Path) -> None:
     style.save(figure, stem.with_suffix(".png"), stem.with_suffix(".svg"))
 
 
-def save_curves(results: StudyResults, of: str, stem: Path) -> Picture:
+def save_curves(title: str, results: StudyResults, of: str, stem: Path) -> Picture:
     """Draw a study's levels over training.
 
     Args:
+        title: what the picture is about.
         results: of a study with at most as many levels as there are colours.
         of: `validations` or `hovering`.
         stem: path without its suffix.
@@ -241,7 +271,7 @@ def save_curves(results: StudyResults, of: str, stem: Path) -> Picture:
     return Picture(
         stem.with_suffix(".svg"),
         stem.with_suffix(".png"),
-        f"{results.study.title}: {caption.lower()}, a line a level",
+        f"{title}: {caption.lower()}, a line a level",
         f"{caption}; mean over training seeds, shaded by its 95% interval.",
     )
 
@@ -261,18 +291,14 @@ def _position_of(levels: Sequence[Level], label: str) -> float | None:
 
 def _draw_map(results: StudyResults, metric: str, stem: Path) -> None:
     up, across = results.study.factors
-    shape = len(up.levels), len(across.levels)
-    groups: list[FloatArray] = [
-        results.values(cell.labels, metric) for cell in results.study.cells()
-    ]
-    means = np.array([g.mean() if len(g) else np.nan for g in groups]).reshape(shape)
-    counts = np.array([len(g) for g in groups], float).reshape(shape)
+    places = itertools.product(range(len(up.levels)), range(len(across.levels)))
+    groups = [results.values(cell.labels, metric) for cell in results.study.cells()]
+    cells = {place: group for place, group in zip(places, groups, strict=True) if len(group)}
     figure = style.new_figure(5.4, 3.8)
     figures.draw_map(
         figure.subplots(),
         (across.name, results.study.labels(1)),
         (up.name, results.study.labels(0)),
-        means,
-        counts,
+        cells,
     )
     _save(figure, stem)

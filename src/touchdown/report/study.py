@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from touchdown import files
+from touchdown import cores, files
 from touchdown.figures.studies import Row
 from touchdown.lander import env as lander
 from touchdown.lander import flight as flights
@@ -29,7 +29,7 @@ from touchdown.studies.alike import Likenesses
 from touchdown.studies.claims import Decision, decide
 from touchdown.studies.paper import Scale, Topic
 from touchdown.studies.plan import Study
-from touchdown.studies.results import PidResult, StudyResults, read_pid, read_study
+from touchdown.studies.results import METRICS, PidResult, StudyResults, read_pid, read_study
 from touchdown.studies.store import Store
 from touchdown.studies.tuners import TUNERS, Tuning
 from touchdown.types import FloatArray
@@ -83,12 +83,12 @@ class Builder:
         """Of training runs: figure, claims, levels, runs, and the flight of the best."""
         self._on_step(name)
         stem = self.figures / name
-        pictures = [sections.save_picture(results, metric, lines, stem)]
+        pictures = [sections.save_picture(title, results, metric, lines, stem)]
         by_words = all(level.position is None for level in results.study.factors[0].levels)
         if by_words and len(results.study.factors) == 1:
-            of = "hovering" if metric == "hover_share" else "validations"
+            of = "hovering" if sections.is_share(metric) else "validations"
             over = self.figures / f"{name}-over-training"
-            pictures.append(sections.save_curves(results, of, over))
+            pictures.append(sections.save_curves(title, results, of, over))
         return Section(
             id=name,
             title=title,
@@ -109,10 +109,20 @@ class Builder:
         test = evaluations.read_evaluations(folder.evaluation)[0]
         pilot = pilots.load_run(folder)
         said = f"{' · '.join(most.labels)}, seed {most.seed}"
-        return (self.film(pilot, test, name, said),)
+        return (self.film(pilot, test, name, said, METRICS[metric]),)
 
-    def film(self, pilot: pilots.NamedPilot, test: Evaluation, name: str, said: str) -> Film:
-        """A pilot's flight from the test start of its median return."""
+    def film(
+        self, pilot: pilots.NamedPilot, test: Evaluation, name: str, said: str, most: str
+    ) -> Film:
+        """A pilot's flight from the test start of its median return.
+
+        Args:
+            pilot: flies.
+            test: its test flights.
+            name: of the file.
+            said: who it is.
+            most: what it has more of than the others of its section.
+        """
         start = evaluations.median_start(test)
         path = self.figures / f"{name}.gif"
         flight = flights.record_flight(pilot.pilot, pilot.env_id, start, said)
@@ -120,8 +130,8 @@ class Builder:
         return Film(
             path,
             f"{said}: {flight.outcome} after {flight.steps} steps",
-            f"{said}, test start {start}, the one of its median return: {flight.outcome}, "
-            f"return {flight.episode_return:.0f}.",
+            f"{said}, the one with the greatest {most}, from the test start of its median "
+            f"return, {start}: {flight.outcome}, return {flight.episode_return:.0f}.",
         )
 
 
@@ -322,7 +332,15 @@ def _pid_section(
                 "starts of its own; mean with its 95% interval.",
             ),
         ),
-        films=(builder.film(pilot, best.test, topic.name, f"{tuning.tuner}, seed {tuning.seed}"),),
+        films=(
+            builder.film(
+                pilot,
+                best.test,
+                topic.name,
+                f"{tuning.tuner}, seed {tuning.seed}",
+                "return on its training starts",
+            ),
+        ),
         tables=(_pid_table(tuned, tuning),),
     )
 
@@ -439,7 +457,10 @@ def machine_facts() -> tuple[tuple[str, str], ...]:
     """When and where a page is written, and with what."""
     return (
         ("written", datetime.now(UTC).strftime("%Y-%m-%d")),
-        ("machine", f"{cpu_name()}, Python {platform.python_version()}"),
+        (
+            "machine",
+            f"{cpu_name()}, {cores.available()} cores, Python {platform.python_version()}",
+        ),
         ("versions", ", ".join(f"{name} {version(name)}" for name in _PACKAGES)),
         ("lander", f"trained on {lander.engine_in_use()}, tested on stock Gymnasium"),
     )

@@ -38,8 +38,16 @@ class Comparison:
     p_value: float
     """Two-sided, by Welch's t: three seeds a side permute in 20 ways only, and a permutation test
     could not get below 0.1."""
-    seeds_needed: int | None
-    """Seeds a side that find such a difference four times in five; None above `MOST_SEEDS`."""
+    effect: float
+    """The difference in standard deviations (Cohen, 1988); infinite where no seed varies."""
+
+    def seeds_needed(self, alpha: float = ALPHA) -> int | None:
+        """Seeds a side that find such a difference four times in five; None above `MOST_SEEDS`.
+
+        Args:
+            alpha: what the p-value must be below.
+        """
+        return _seeds_for(TTestIndPower(), self.effect, alpha)
 
 
 def compare(base: ArrayLike, other: ArrayLike, seed: int = 0) -> Comparison:
@@ -65,7 +73,7 @@ def compare(base: ArrayLike, other: ArrayLike, seed: int = 0) -> Comparison:
             Interval(difference, difference, difference),
             improvement,
             1.0 if same else 0.0,
-            None if same else 2,
+            0.0 if same else math.copysign(math.inf, difference),
         )
     with warnings.catch_warnings():
         # seeds that all agree on one side are no loss of precision: the other side has the variance
@@ -78,7 +86,7 @@ def compare(base: ArrayLike, other: ArrayLike, seed: int = 0) -> Comparison:
         Interval(difference, float(interval.low), float(interval.high)),
         improvement,
         float(result.pvalue),
-        _seeds_for(TTestIndPower(), difference / pooled),
+        difference / pooled,
     )
 
 
@@ -94,14 +102,16 @@ def _improvement(base: FloatArray, other: FloatArray, seed: int) -> Interval:
     return Interval(value, float(low), float(high))
 
 
-def _seeds_for(test: Any, effect: float) -> int | None:
-    """Seeds a side for `POWER` at `ALPHA`; None where there is no effect, or more are needed."""
+def _seeds_for(test: Any, effect: float, alpha: float) -> int | None:
+    """Seeds a side for `POWER` at alpha; None where there is no effect, or more are needed."""
+    if math.isinf(effect):
+        return 2
     if abs(effect) < _NOTHING:
         return None
-    if test.power(effect, MOST_SEEDS, ALPHA) < POWER:
+    if test.power(effect, MOST_SEEDS, alpha) < POWER:
         return None
     counts = np.arange(2, MOST_SEEDS + 1)
-    enough = cast(FloatArray, test.power(effect, counts, ALPHA)) >= POWER
+    enough = cast(FloatArray, test.power(effect, counts, alpha)) >= POWER
     return int(counts[np.argmax(enough)])
 
 
@@ -125,9 +135,22 @@ class Trend:
     """Kendall's τ-b between a seed's number and the rank of its level: 1 always rises."""
     p_value: float
     """Two-sided."""
-    seeds_needed: int | None
-    """Seeds a level with which such a τ would be found four times in five; None above
-    `MOST_SEEDS`."""
+    seeds: float
+    """A level, on average."""
+
+    def seeds_needed(self, alpha: float = ALPHA) -> int | None:
+        """Seeds a level that find such a τ four times in five; None above `MOST_SEEDS`.
+
+        Args:
+            alpha: what the p-value must be below.
+        """
+        # the statistic's z grows with the root of the seeds
+        seen = float(stats.norm.isf(max(self.p_value, 1e-300) / 2))
+        wanted = float(stats.norm.isf(alpha / 2) + stats.norm.isf(1 - POWER))
+        if seen <= 0:
+            return None
+        needed = math.ceil(self.seeds * (wanted / seen) ** 2)
+        return max(2, needed) if needed <= MOST_SEEDS else None
 
 
 def trend(groups: Sequence[ArrayLike]) -> Trend:
@@ -144,21 +167,11 @@ def trend(groups: Sequence[ArrayLike]) -> Trend:
     samples = [checked(group) for group in groups]
     ranks = np.repeat(np.arange(len(samples)), [len(sample) for sample in samples])
     values = np.concatenate(samples)
+    seeds = len(values) / len(samples)
     if np.ptp(values) == 0:
-        return Trend(0.0, 1.0, None)
+        return Trend(0.0, 1.0, seeds)
     result: Any = stats.kendalltau(ranks, values)
-    tau, p = float(result.statistic), float(result.pvalue)
-    return Trend(tau, p, _seeds_for_trend(p, len(values) / len(samples)))
-
-
-def _seeds_for_trend(p: float, seeds: float) -> int | None:
-    # the statistic's z grows with the root of the seeds
-    seen = float(stats.norm.isf(max(p, 1e-300) / 2))
-    wanted = float(stats.norm.isf(ALPHA / 2) + stats.norm.isf(1 - POWER))
-    if seen <= 0:
-        return None
-    needed = math.ceil(seeds * (wanted / seen) ** 2)
-    return max(2, needed) if needed <= MOST_SEEDS else None
+    return Trend(float(result.statistic), float(result.pvalue), seeds)
 
 
 def best_of(groups: Sequence[ArrayLike], seed: int = 0) -> list[float]:
@@ -197,8 +210,16 @@ class Margin:
     """One-sided: small where the mean is above the number."""
     p_below: float
     """One-sided: small where it is below."""
-    seeds_needed: int | None
-    """Seeds that find such a distance four times in five; None above `MOST_SEEDS`."""
+    effect: float
+    """How far above, in standard deviations; infinite where no seed varies."""
+
+    def seeds_needed(self, alpha: float = ALPHA) -> int | None:
+        """Seeds that find such a distance four times in five; None above `MOST_SEEDS`.
+
+        Args:
+            alpha: what the two-sided p-value must be below.
+        """
+        return _seeds_for(TTestPower(), self.effect, alpha)
 
 
 def margin(values: ArrayLike, threshold: float) -> Margin:
@@ -218,12 +239,13 @@ def margin(values: ArrayLike, threshold: float) -> Margin:
         sides = (
             (0.5, 0.5) if abs(distance) <= _NOTHING else (float(distance < 0), float(distance > 0))
         )
-        return Margin(mean, *sides, None if abs(distance) <= _NOTHING else 2)
+        effect = 0.0 if abs(distance) <= _NOTHING else math.copysign(math.inf, distance)
+        return Margin(mean, *sides, effect)
     above: Any = stats.ttest_1samp(sample, threshold, alternative="greater")
     spread = float(np.std(sample, ddof=1))
     return Margin(
         mean,
         float(above.pvalue),
         1.0 - float(above.pvalue),
-        _seeds_for(TTestPower(), distance / spread),
+        distance / spread,
     )

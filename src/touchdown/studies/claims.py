@@ -11,11 +11,15 @@ from touchdown.stats import compare
 from touchdown.stats.summary import Interval
 from touchdown.types import FloatArray
 
+_LEAST_P = 0.001  # that is told as it is
 _FEWEST = 2  # seeds of each cell that a test looks at
 
 Labels = tuple[str, ...]
 Values = Callable[[Labels, str], FloatArray]
 """Numbers of a cell's seeds, [n], by its labels and the metric's name."""
+SeedsNeeded = Callable[[float], int | None]
+"""Seeds of each cell with which a test would likely be below an alpha; None where no number that
+can be run would do."""
 Verdict = Literal["holds", "does not hold", "undecided"]
 
 
@@ -28,9 +32,15 @@ class Finding:
     p_against: float
     """How often numbers as much against it would come by chance, were the claim just true."""
     evidence: str
-    seeds_needed: int | None
-    """Seeds of each cell with which it would likely be decided; None where no number that can be
-    run would do."""
+    seeds: int
+    """Of the cell with the fewest."""
+    seeds_needed: SeedsNeeded
+    """By the alpha of its two-sided p-value."""
+
+    @property
+    def p_value(self) -> float:
+        """Two-sided."""
+        return min(1.0, 2 * min(self.p_for, self.p_against))
 
 
 class Test(Protocol):
@@ -69,7 +79,7 @@ def decide(claims: Sequence[Claim], values: Values) -> list[Decision]:
         values: the study's numbers.
     """
     findings = [claim.test.find(values) for claim in claims]
-    raw = [1.0 if f is None else min(1.0, 2 * min(f.p_for, f.p_against)) for f in findings]
+    raw = [1.0 if found is None else found.p_value for found in findings]
     return [
         _decision(claim, finding, p)
         for claim, finding, p in zip(claims, findings, compare.holm(raw), strict=True)
@@ -79,23 +89,26 @@ def decide(claims: Sequence[Claim], values: Values) -> list[Decision]:
 def _decision(claim: Claim, finding: Finding | None, p: float) -> Decision:
     if finding is None:
         return Decision(claim, "undecided", "too few finished runs", 1.0)
-    text = f"{finding.evidence}; p = {p_text(p)}"
+    text = f"{finding.evidence}; p {p_text(p) if p < _LEAST_P else f'= {p_text(p)}'}"
     if p < compare.ALPHA:
         return Decision(
             claim, "holds" if finding.p_for < finding.p_against else "does not hold", text, p
         )
-    more = finding.seeds_needed
-    needed = (
-        "no number of seeds that can be run would decide it"
-        if more is None
-        else f"about {more} seeds of each would decide it"
-    )
-    return Decision(claim, "undecided", f"{text}; {needed}", p)
+    # what the correction did to its p-value, its alpha must bear
+    stricter = p / finding.p_value if finding.p_value > 0 else 1.0
+    needed = finding.seeds_needed(compare.ALPHA / stricter)
+    if needed is None:
+        return Decision(
+            claim, "undecided", f"{text}; no number of seeds that can be run would decide it", p
+        )
+    more = max(1, needed - finding.seeds)
+    said = f"about {more} more {'seed' if more == 1 else 'seeds'} of each would decide it"
+    return Decision(claim, "undecided", f"{text}; {said}", p)
 
 
 def p_text(p: float) -> str:
     """A p-value in as many digits as it bears."""
-    return "< 0.001" if p < 0.001 else f"{p:.2g}" if p < 0.1 else f"{p:.2f}"
+    return "< 0.001" if p < _LEAST_P else f"{p:.2g}" if p < 0.1 else f"{p:.2f}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +133,8 @@ class Greater:
             f"better in {improvement:.0%} of pairs"
         )
         p_for = _one_sided(found.p_value, as_said=found.difference.value > 0)
-        return Finding(p_for, 1 - p_for, evidence, found.seeds_needed)
+        seeds = min(len(base), len(other))
+        return Finding(p_for, 1 - p_for, evidence, seeds, found.seeds_needed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +157,13 @@ class Trend:
         )
         as_said = (found.tau > 0) == (self.direction == "rise")
         p_for = _one_sided(found.p_value, as_said=as_said)
-        return Finding(p_for, 1 - p_for, f"{means}; τ = {found.tau:.2f}", found.seeds_needed)
+        return Finding(
+            p_for,
+            1 - p_for,
+            f"{means}; τ = {found.tau:.2f}",
+            min(map(len, groups)),
+            found.seeds_needed,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,9 +214,9 @@ class Best:
             f"{_name(level)} {_mean(group, self.metric)} (best in {chance:.0%} of resamples)"
             for chance, level, group in ranked[:3]
         )
-        return Finding(1 - wanted, wanted, best, self._needed(values))
+        return Finding(1 - wanted, wanted, best, min(map(len, groups)), self._needed(values))
 
-    def _needed(self, values: Values) -> int | None:
+    def _needed(self, values: Values) -> SeedsNeeded:
         """Seeds to tell the best from the best of the others."""
         means = {level: float(np.mean(values(level, self.metric))) for level in self.levels}
         ours = max(self.among, key=lambda level: means[level])
@@ -226,7 +246,7 @@ class Beyond:
         )
         sides = (found.p_above, found.p_below)
         p_for, p_against = sides if self.side == "above" else sides[::-1]
-        return Finding(p_for, p_against, evidence, found.seeds_needed)
+        return Finding(p_for, p_against, evidence, len(seen), found.seeds_needed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -250,8 +270,8 @@ class Near:
             f"{len(seen)} seeds, against {self.number:g} ± {self.within:g}"
         )
         sides = (
-            Finding(low.p_above, low.p_below, "", low.seeds_needed),
-            Finding(high.p_below, high.p_above, "", high.seeds_needed),
+            Finding(low.p_above, low.p_below, "", len(seen), low.seeds_needed),
+            Finding(high.p_below, high.p_above, "", len(seen), high.seeds_needed),
         )
         return _both(sides, evidence)
 
@@ -276,7 +296,8 @@ class Alike:
             found = compare.compare(one + shift, other)
             as_said = (found.difference.value > 0) == (shift < 0)
             p_for = _one_sided(found.p_value, as_said=as_said)
-            sides.append(Finding(p_for, 1 - p_for, "", found.seeds_needed))
+            fewest = min(len(one), len(other))
+            sides.append(Finding(p_for, 1 - p_for, "", fewest, found.seeds_needed))
         difference = compare.compare(one, other).difference
         evidence = (
             f"{_name(self.other)} {_mean(other, self.metric)}, "
@@ -293,14 +314,18 @@ def _one_sided(p: float, *, as_said: bool) -> float:
 
 def _both(sides: Sequence[Finding], evidence: str) -> Finding:
     """What two tests say that must both be in favour."""
-    needed = [side.seeds_needed for side in sides]
-    return Finding(
-        max(side.p_for for side in sides),
-        # it fails where either does: twice the chance of that by luck
-        min(1.0, 2 * min(side.p_against for side in sides)),
-        evidence,
-        None if None in needed else max(n for n in needed if n is not None),
-    )
+    p_for = max(side.p_for for side in sides)
+    # it fails where either does: twice the chance of that by luck
+    p_against = min(1.0, 2 * min(side.p_against for side in sides))
+
+    def seeds_needed(alpha: float) -> int | None:
+        if p_for < p_against:
+            needed = [side.seeds_needed(alpha) for side in sides]
+            return None if None in needed else max(n for n in needed if n is not None)
+        failing = [side.seeds_needed(alpha / 2) for side in sides if side.p_for > side.p_against]
+        return min((n for n in failing if n is not None), default=None)
+
+    return Finding(p_for, p_against, evidence, min(side.seeds for side in sides), seeds_needed)
 
 
 def _interval(found: Interval, metric: str) -> str:

@@ -370,7 +370,7 @@ def _map(scale: Scale) -> Study:
             Factor("discount γ", levels_of("learning.gamma", gammas)),
             Factor("decay of ε an episode", levels_of("exploration.epsilon_decay", decays)),
         ),
-        "0.99",
+        "0.99 · 0.975",
     )
 
 

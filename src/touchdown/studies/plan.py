@@ -91,7 +91,8 @@ class Study:
     changes: Changes = field(default_factory=dict[str, Any])
     """What all cells share; a level's own changes come after."""
     base_level: str = ""
-    """The level of the first factor that the others are beside; the first if empty."""
+    """What the others are beside: a level of the first factor, or a whole cell's name; the first
+    if empty."""
     title: str = ""
     section: str = ""
     question: str = ""
@@ -109,11 +110,9 @@ class Study:
             twice = next((label for label in labels if labels.count(label) > 1), None)
             if twice is not None:
                 raise UserError(f"factor {factor.name!r}: has {twice!r} twice")
-        if self.base_level and self.base_level not in self.labels(0):
-            raise UserError(
-                f"base_level = {self.base_level!r}: must be one of {', '.join(self.labels(0))}"
-            )
-        self.cells()
+        names = list(dict.fromkeys((*self.labels(0), *(cell.name for cell in self.cells()))))
+        if self.base_level and self.base_level not in names:
+            raise UserError(f"base_level = {self.base_level!r}: must be one of {', '.join(names)}")
 
     def labels(self, factor: int) -> list[str]:
         """The labels of a factor's levels, in their order."""
@@ -138,7 +137,7 @@ class Study:
     def base_cell(self) -> Cell:
         """The cell that the others are compared with."""
         wanted = self.base_level or self.labels(0)[0]
-        return next(cell for cell in self.cells() if cell.labels[0] == wanted)
+        return next(cell for cell in self.cells() if wanted in (cell.name, cell.labels[0]))
 
     def _config_of(self, levels: Sequence[Level]) -> Config:
         where = f"study {self.name!r}, {' · '.join(level.label for level in levels)}"
