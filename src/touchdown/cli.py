@@ -79,6 +79,9 @@ LastScale = Annotated[
 Seeds = Annotated[
     int | None, arg(help="Training seeds of each level; None is the study's own number.")
 ]
+LastSeeds = Annotated[
+    int | None, arg(help="Training seeds of each level; None is as many as were last asked for.")
+]
 StudyName = Annotated[
     str,
     arg(
@@ -404,7 +407,7 @@ class StudyStatus:
         Positional[str | None], arg(metavar="[NAME]", help="Of one; None takes all begun.")
     ] = None
     scale: LastScale = None
-    seeds: Seeds = None
+    seeds: LastSeeds = None
     json: Json = False
     results_dir: ResultsDir = Path("runs") / "studies"
 
@@ -433,7 +436,7 @@ class StudyReport:
         arg(metavar="[NAME]", help="Of the study; None takes the one that was begun."),
     ] = None
     scale: LastScale = None
-    seeds: Seeds = None
+    seeds: LastSeeds = None
     out: Annotated[
         Path | None,
         arg(metavar="FOLDER", help="Folder for the page; None makes reports/NAME in the results."),

@@ -44,6 +44,8 @@ def test_positions_far_apart_or_crowding_towards_one_are_spread(positions, scale
     at = ax.transData.transform([(position, 0) for position in positions])[:, 0]
     gaps = np.diff(at)
     assert_allclose(gaps, gaps[0], rtol=0.01)
+    left, right = ax.transAxes.transform([(0, 0), (1, 0)])[:, 0]
+    assert_allclose([at[0] - left, right - at[-1]], 0.06 * (at[-1] - at[0]), rtol=0.01)
 
 
 def test_long_numbers_on_an_axis_are_short():

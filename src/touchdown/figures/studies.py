@@ -71,12 +71,21 @@ def draw_over_axis(
                 **_SEED,
             )
         _errors(ax, at, found, colour, name, _moved(ax, aside))
+    _fit(ax, positions)
     ax.set_xticks(positions, [_short(position) for position in positions])
     ax.xaxis.set_minor_locator(NullLocator())
     ax.set_xlabel(axis)
     if any(lines):
         style.legend_above(ax)
     return style.tidy(ax)
+
+
+def _fit(ax: Axes, positions: Sequence[float]) -> None:
+    """Leave room at both ends; what was moved aside is not counted by matplotlib's own limits."""
+    scale = ax.xaxis.get_transform()
+    first, last = scale.transform([positions[0], positions[-1]])
+    room = 0.06 * (last - first) or 1.0
+    ax.set_xlim(*scale.inverted().transform([first - room, last + room]))
 
 
 def _moved(ax: Axes, right: float = 0.0, down: float = 0.0) -> Transform:
