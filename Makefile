@@ -9,6 +9,7 @@ UV_VERSION := 0.13.9
 PYTHON ?= python3.13 python3.12 python3.11 python3
 ARGS ?=
 N ?= 1000000
+SEEDS ?= 10
 UPGRADE ?= --upgrade
 
 BIN := .venv/bin
@@ -60,8 +61,8 @@ bench: $(BENCH_READY) ## compare the engine's, the training's and an update's sp
 peers: $(BENCH_READY) ## train peers and presets side by side, for hours; goes on if stopped
 	@.venv-bench/bin/python benchmarks/peers.py $(ARGS)
 
-paper: $(READY) ## redo the paper's experiments and docs/results, for half an hour; goes on if stopped
-	@$(BIN)/touchdown study run paper $(ARGS)
+paper: $(READY) ## redo the paper's experiments and docs/results, with SEEDS=10 a level; goes on if stopped
+	@$(BIN)/touchdown study run paper --seeds $(SEEDS) $(ARGS)
 	@$(BIN)/touchdown study report paper --out docs/results
 
 lock: $(READY) ## pin the newest packages that fit (UPGRADE= keeps the pins that still fit)
