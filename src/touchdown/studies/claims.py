@@ -94,9 +94,8 @@ def _decision(claim: Claim, finding: Finding | None, p: float) -> Decision:
         return Decision(
             claim, "holds" if finding.p_for < finding.p_against else "does not hold", text, p
         )
-    # what the correction did to its p-value, its alpha must bear
-    stricter = p / finding.p_value if finding.p_value > 0 else 1.0
-    needed = finding.seeds_needed(compare.ALPHA / stricter)
+    # the correction made its p-value greater, and so makes its alpha less
+    needed = finding.seeds_needed(compare.ALPHA * finding.p_value / p)
     if needed is None:
         return Decision(
             claim, "undecided", f"{text}; no number of seeds that can be run would decide it", p
