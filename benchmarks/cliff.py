@@ -14,15 +14,16 @@ from pathlib import Path
 
 import numpy as np
 
-from touchdown import presets
-from touchdown.agents.table import TabularAgent
-from touchdown.config import Config, ExplorationConfig
-from touchdown.figures import policy, style
-from touchdown.figures.grid_world import cells_of, grid_of
-from touchdown.lander import env as lander
-from touchdown.lander.slots import StockSlots
-from touchdown.runs.loop import begin, interact
-from touchdown.seeding import streams, training_start
+from touchdown.agents.tabular import TabularAgent
+from touchdown.config import presets
+from touchdown.config.config import Config
+from touchdown.config.sections import ExplorationConfig
+from touchdown.core.seeding import streams, training_start
+from touchdown.envs import environment
+from touchdown.envs.pool import StockEnvPool
+from touchdown.figures import policy_map, style
+from touchdown.figures.grid import cells_of, grid_of
+from touchdown.training.loop import begin, interact
 
 ENV_ID = "CliffWalking-v1"
 LONGEST_WAY = 100
@@ -36,28 +37,28 @@ def config_of(preset: str, seed: int) -> Config:
 
 def learn(config: Config, steps: int) -> tuple[TabularAgent, list[float]]:
     """The agent after so many steps, and the returns of its episodes."""
-    world = lander.make(config.env_id)
-    slots = StockSlots([world.env])
+    world = environment.make_env(config.env_id)
+    indices = StockEnvPool([world.env])
     agent = TabularAgent(config, world.spaces, streams(config.seed))
 
     def start_of(episode: int) -> int:
         return training_start(config.seed, episode)
 
     agent.begin_episode(0)
-    moments = islice(interact(agent, slots, start_of, begin(slots, start_of, 1)), steps)
-    returns = [episode.episode_return for moment in moments for episode in moment.ended]
-    slots.close()
+    moments = islice(interact(agent, indices, start_of, begin(indices, start_of, 1)), steps)
+    returns = [episode.episode_return for agent_step in moments for episode in agent_step.ended]
+    indices.close()
     return agent, returns
 
 
 def way(agent: TabularAgent) -> Iterator[int]:
     """The states that are gone through greedily from the start."""
-    env = lander.make(ENV_ID).env
-    pilot = agent.model.pilot(agent.params())
+    env = environment.make_env(ENV_ID).env
+    policy = agent.model.policy(agent.params())
     observation, _ = env.reset(seed=0)
     for _ in range(LONGEST_WAY):
         yield int(observation.argmax())
-        observation, _, terminated, _, _ = env.step(int(pilot.act(observation[None])[0]))
+        observation, _, terminated, _, _ = env.step(int(policy.act(observation[None])[0]))
         if terminated:
             yield int(observation.argmax())
             return
@@ -70,7 +71,7 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=100_000)
     parser.add_argument("--out", type=Path, help="PNG of the ways of the first seed")
     args = parser.parse_args()
-    grid = grid_of(lander.make(ENV_ID).env)
+    grid = grid_of(environment.make_env(ENV_ID).env)
     assert grid is not None  # noqa: S101 - the cliff is a world of cells
     figure = style.new_figure(8.4, 6.4)
     axes = dict(zip(("tabular-q", "tabular-sarsa"), figure.subplots(2, 1), strict=True))
@@ -83,9 +84,9 @@ def main() -> None:
         earned = [np.mean(returns[-100:]) for _, returns in learnt]
         lengths = ", ".join(str(len(states) - 1) for states in ways)
         print(f"| `{preset}` | {lengths} | {np.mean(earned):.1f} ± {np.std(earned, ddof=1):.1f} |")
-        policy.draw_policy(ax, grid, learnt[0][0].q)
+        policy_map.draw_policy(ax, grid, learnt[0][0].q)
         label = f"{preset}: {len(ways[0]) - 1} steps, {np.mean(earned):.0f} while exploring"
-        policy.draw_path(ax, cells_of(grid, ways[0]), style.RED, label, offset=0.2)
+        policy_map.draw_path(ax, cells_of(grid, ways[0]), style.RED, label, offset=0.2)
     if args.out:
         args.out.parent.mkdir(parents=True, exist_ok=True)
         style.save(figure, args.out)

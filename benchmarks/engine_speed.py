@@ -4,7 +4,7 @@ All fly the same number of landers with the same kind of actions on one core, an
 process, so that a machine that slows down slows all. Only `step` is timed, in the steady state,
 when some fly, some touch and some begin again. Run it with `make bench`.
 
-Actions are random, or a pilot's: Eq. 10's controller, or a trained one given with `--pilot`.
+Actions are random, or a policy's: Eq. 10's controller, or a trained one given with `--pilot`.
 """
 
 import argparse
@@ -20,11 +20,11 @@ import numpy as np
 from gymnasium.vector import SyncVectorEnv
 
 import touchdown.lander
-from touchdown import device
-from touchdown.lander.engine import simd
+from touchdown.core import device
+from touchdown.lander._engine import simd
 from touchdown.lander.vector import LanderVectorEnv
-from touchdown.runs import pilots
-from touchdown.runs.folder import cpu_name
+from touchdown.policies import lookup
+from touchdown.runs.provenance import cpu_name
 
 Policy = Callable[[np.ndarray], np.ndarray]
 
@@ -68,9 +68,9 @@ def random_policy(seed: int) -> Policy:
 
 
 def pilot_policy(name: str) -> Policy:
-    """A pilot's actions."""
-    pilot = pilots.load(name).pilot
-    return lambda observations: np.asarray(pilot.act(observations), np.int64)
+    """A policy's actions."""
+    policy = lookup.load(name).policy
+    return lambda observations: np.asarray(policy.act(observations), np.int64)
 
 
 def stock(num_envs: int) -> SyncVectorEnv:
@@ -140,7 +140,7 @@ def main() -> None:
     )
     policies = {
         "random actions": lambda: random_policy(args.seed),
-        f"{args.pilot}'s actions": lambda: pilot_policy(args.pilot),
+        f"{args.policy}'s actions": lambda: pilot_policy(args.policy),
     }
     for title, policy in policies.items():
         envs = {

@@ -17,14 +17,14 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"  # NumPy reads it when it is imported
 import jax
 import numpy as np
 
-from touchdown import device
-from touchdown.agents.fused import network as fused
-from touchdown.agents.fused._fused import simd
-from touchdown.agents.fused.network import FusedNetwork
-from touchdown.agents.learner import LearnerState, init_learner, make_update
-from touchdown.config import LearningConfig, NetworkConfig
-from touchdown.runs.folder import cpu_name
-from touchdown.types import transition_dtype
+from touchdown.agents.learners import fused
+from touchdown.agents.learners._fused import simd
+from touchdown.agents.learners.fused import FusedNetwork
+from touchdown.agents.learners.jax import LearnerState, init_learner, make_update
+from touchdown.config.sections import LearningConfig, NetworkConfig
+from touchdown.core import device
+from touchdown.replay.transition import transition_dtype
+from touchdown.runs.provenance import cpu_name
 
 D, A = 8, 4
 SHAPES = (

@@ -5,7 +5,7 @@
 Every run is an ordinary run folder without pictures: what is finished is not trained again, and
 what was stopped goes on. A run's number is the mean return of its chosen checkpoint over test
 starts on stock Gymnasium; a rung's is the interquartile mean of its runs, with a 95% bootstrap
-interval over the training seeds. `--figures` draws each rung's learning curve beside the pilot's.
+interval over the training seeds. `--figures` draws each rung's learning curve beside the policy's.
 """
 
 import argparse
@@ -17,16 +17,18 @@ from pathlib import Path
 
 import numpy as np
 
-from touchdown import Config, cores, device, files, presets
-from touchdown.figures import rungs as figure
-from touchdown.runs import evaluation as evaluations
+from touchdown import Config
+from touchdown.config import presets
+from touchdown.core import device, files, threads
+from touchdown.core.seeding import TEST_STARTS
+from touchdown.evaluation import evaluation as evaluations
+from touchdown.policies import weights as policy_weights
 from touchdown.runs import folder as folders
-from touchdown.runs import pilots
-from touchdown.runs.folder import RunFolder, cpu_name
+from touchdown.runs.folder import RunFolder
+from touchdown.runs.provenance import cpu_name
 from touchdown.runs.run import Run, evaluations_of
-from touchdown.runs.train import Trainer
-from touchdown.seeding import TEST_STARTS
 from touchdown.stats.summary import bootstrap_iqm
+from touchdown.training.trainer import Trainer
 
 RUNGS = [
     name
@@ -42,9 +44,9 @@ def config_of(preset: str, seed: int, observations: int) -> Config:
     training = replace(
         config.training,
         episodes=1_000_000,
-        max_observations=observations,
+        max_env_steps=observations,
         validation_period=5_000,
-        finalists=8,
+        candidates=8,
     )
     return replace(config, seed=seed, training=training)
 
@@ -60,9 +62,11 @@ def train(job: tuple[str, int, int, Path]) -> str:
         return folder.name
     with closing(Trainer(folder)) as trainer:
         trainer.run()
-        pilot = Run(folder).pilot
-        tested = evaluations.evaluate_pilot(pilot, TEST_STARTS[:100])
-        evaluations.write_evaluations(folder.evaluation, [tested], pilots.facts_of(folder.best))
+        policy = Run(folder).policy
+        tested = evaluations.evaluate_policy(policy, TEST_STARTS[:100])
+        evaluations.write_evaluations(
+            folder.evaluation, [tested], policy_weights.facts_of(folder.best)
+        )
     return folder.name
 
 
@@ -93,14 +97,14 @@ def table(rungs: Sequence[str], seeds: Sequence[int], runs: Path) -> str:
 
 
 def draw(rungs: Sequence[str], seeds: Sequence[int], runs: Path, out: Path) -> None:
-    """A picture a rung: validation returns over observations, beside the pilot's."""
+    """A picture a rung: validation returns over observations, beside the policy's."""
     out.mkdir(parents=True, exist_ok=True)
     curves = {rung: curves_of(finished(rung, seeds, runs)) for rung in rungs}
     for rung in rungs:
         if len(curves[rung]):
             beside = dict.fromkeys(("pilot", rung))
             shown = {name: curves[name] for name in beside if name in curves}
-            figure.save_rungs(out / f"{rung}.png", shown)
+            rungs.save_rungs(out / f"{rung}.png", shown)
 
 
 def curves_of(runs: Sequence[Run]) -> list[tuple[list[int], list[float]]]:
@@ -119,7 +123,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2, 3, 4])
     parser.add_argument("--observations", type=int, default=180_000)
     parser.add_argument("--runs-dir", type=Path, default=Path("runs") / "ladder")
-    parser.add_argument("--workers", type=int, default=cores.available())
+    parser.add_argument("--workers", type=int, default=threads.available())
     parser.add_argument("--table", action="store_true", help="print what is there, train nothing")
     parser.add_argument("--figures", type=Path, help="folder for a picture of each rung")
     args = parser.parse_args()
@@ -127,7 +131,7 @@ def main() -> None:
         (rung, seed, args.observations, args.runs_dir) for rung in args.rungs for seed in args.seeds
     ]
     if not args.table:
-        cores.share(args.workers)
+        threads.share(args.workers)
         with multiprocessing.get_context("spawn").Pool(args.workers, maxtasksperchild=1) as pool:
             for count, name in enumerate(pool.imap_unordered(train, jobs, chunksize=1), start=1):
                 print(f"{count}/{len(jobs)} {name}", flush=True)

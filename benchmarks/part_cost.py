@@ -1,7 +1,7 @@
 """What each part of DQN costs: the time of one update, against plain DQN's, on one core.
 
 Every agent is fed the same random transitions, one update each, from a full memory, with the
-pilot's network and minibatch. Agents take turns in one process, so that a machine that slows down
+policy's network and minibatch. Agents take turns in one process, so that a machine that slows down
 slows all.
 """
 
@@ -14,11 +14,13 @@ from itertools import cycle, islice, pairwise
 
 import numpy as np
 
-from touchdown import Config, device, presets
+from touchdown import Config
 from touchdown.agents.dqn import DQNAgent
-from touchdown.runs.folder import cpu_name
-from touchdown.seeding import streams
-from touchdown.types import FloatArray, IntArray, Spaces, Steps
+from touchdown.config import presets
+from touchdown.core import device
+from touchdown.core.seeding import streams
+from touchdown.core.types import FloatArray, IntArray, Spaces, StepResult
+from touchdown.runs.provenance import cpu_name
 
 SPACES = Spaces(observation_size=8, num_actions=4)
 PLAIN = presets.preset("pilot")
@@ -38,7 +40,7 @@ PARTS: dict[str, dict[str, dict[str, object]]] = {
 
 
 def config_of(part: str) -> Config:
-    """The pilot's config with one part more, and no lines of metrics."""
+    """The policy's config with one part more, and no lines of metrics."""
     config = replace(PLAIN, training=replace(PLAIN.training, metrics_period=10**9))
     for section, values in PARTS[part].items():
         config = replace(config, **{section: replace(getattr(config, section), **values)})
@@ -53,8 +55,8 @@ class Fed:
         rows = rng.normal(size=(2_001, 1, 8)).astype(np.float32)
         no = np.zeros(1, np.bool_)
         # made beforehand: only the agent's own time is to be counted
-        self._fed: list[tuple[FloatArray, IntArray, Steps]] = [
-            (row, np.array([i % 4]), Steps(after, row[:, 0].astype(float), no, no))
+        self._fed: list[tuple[FloatArray, IntArray, StepResult]] = [
+            (row, np.array([i % 4]), StepResult(after, row[:, 0].astype(float), no, no))
             for i, (row, after) in enumerate(pairwise(rows))
         ]
         self._agent.begin_episode(0)

@@ -1,6 +1,6 @@
 """The lander's DQN of other libraries against this project's presets: what a second brings.
 
-    python benchmarks/peers.py --presets pilot swift --seeds 0 1 2
+    python benchmarks/peers.py --presets policy swift --seeds 0 1 2
 
 Every peer trains with the parameters that it publishes for the lander, in stock Gymnasium, as its
 users would. All take turns on this machine, one process at a time, each on as many cores as it has
@@ -34,9 +34,11 @@ from typing import Any
 
 from contenders import preset as own
 from contenders.watch import SOLVED, Enough, Judge, Watch
-from touchdown import files, presets
-from touchdown.figures import wall_clock as figure
-from touchdown.runs.folder import RunFolder, cpu_name
+from touchdown.config import presets
+from touchdown.core import files
+from touchdown.figures import wall_clock
+from touchdown.runs.folder import RunFolder
+from touchdown.runs.provenance import cpu_name
 
 MARKS = (10.0, 30.0, 60.0, 120.0, 300.0)  # seconds
 PEERS = {"sb3": "Stable-Baselines3 DQN", "sbx": "SBX DQN", "tianshou": "Tianshou DQN"}
@@ -242,7 +244,7 @@ def report(systems: Mapping[str, int], seeds: Sequence[int], runs: Path) -> str:
     measured = {s: [looks for _, *looks in found] for s, found in records.items() if found}
     verified = (
         "Verified: on 100 validation starts, then on 100 test starts on stock Gymnasium, both "
-        "greedily; in bold the median of the seeds. A preset's end is its own choice of a pilot, "
+        "greedily; in bold the median of the seeds. A preset's end is its own choice of a policy, "
         "a peer's that of its published budget or of the seconds that it was given."
     )
     returns = (
@@ -275,14 +277,14 @@ def report(systems: Mapping[str, int], seeds: Sequence[int], runs: Path) -> str:
 def draw(systems: Mapping[str, int], seeds: Sequence[int], runs: Path, out: Path) -> None:
     """The test return of the policy held over wall clock."""
     out.mkdir(parents=True, exist_ok=True)
-    curves: dict[str, list[figure.Held]] = {}
+    curves: dict[str, list[wall_clock.Held]] = {}
     for system in systems:
         for _, *looks in records_of(system, seeds, runs):
             held = [(row["seconds"], row["test_return"]) for row in looks if row["held"]]
             held.append((looks[-1]["seconds"], held[-1][1]))
             seconds, returns = zip(*held, strict=True)
             curves.setdefault(PEERS.get(system, system), []).append((seconds, returns))
-    figure.save_wall_clock(out / "peers.png", curves)
+    wall_clock.save_wall_clock(out / "peers.png", curves)
 
 
 def system_of(text: str) -> tuple[str, int]:

@@ -16,12 +16,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from touchdown import cores, device, files, presets
-from touchdown.config import Config, read_toml, replace_fields
+from touchdown.config import presets
+from touchdown.config.config import Config
+from touchdown.config.toml import read_toml, replace_fields
+from touchdown.core import device, files, threads
+from touchdown.policies import weights as policy_weights
 from touchdown.runs import folder as folders
-from touchdown.runs import pilots
-from touchdown.runs.folder import RunFolder, cpu_name
-from touchdown.runs.train import Trainer
+from touchdown.runs.folder import RunFolder
+from touchdown.runs.provenance import cpu_name
+from touchdown.training.trainer import Trainer
 
 
 def candidates_of(path: Path) -> dict[str, Config]:
@@ -56,7 +59,7 @@ def result_of(folder: RunFolder) -> dict[str, Any] | None:
     """What one finished run says, from its records."""
     if not folder.best.is_file():
         return None
-    facts = pilots.facts_of(folder.best)
+    facts = policy_weights.facts_of(folder.best)
     if "final_validation_return" not in facts:
         return None
     episodes = files.read_jsonl(folder.episodes)
@@ -100,7 +103,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2])
     parser.add_argument("--only", nargs="+", help="candidates; all without it")
     parser.add_argument("--runs-dir", type=Path)
-    parser.add_argument("--workers", type=int, default=cores.available())
+    parser.add_argument("--workers", type=int, default=threads.available())
     parser.add_argument("--table", action="store_true", help="print what is there, train nothing")
     args = parser.parse_args()
     runs = args.runs_dir or Path("runs") / f"search-{args.file.stem}"
@@ -111,7 +114,7 @@ def main() -> None:
     ]
     if not args.table:
         began = time.monotonic()
-        cores.share(args.workers)
+        threads.share(args.workers)
         with multiprocessing.get_context("spawn").Pool(args.workers, maxtasksperchild=1) as pool:
             for count, name in enumerate(pool.imap_unordered(train, jobs, chunksize=1), start=1):
                 minutes = (time.monotonic() - began) / 60

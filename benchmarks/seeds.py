@@ -1,6 +1,6 @@
 """Presets over several training seeds, on test starts: what one seed cannot say.
 
-    python benchmarks/seeds.py pilot paper-best --seeds 0 1 2 3 4
+    python benchmarks/seeds.py policy paper-best --seeds 0 1 2 3 4
 
 Every run is an ordinary run folder; what is finished already is not trained again, and what was
 stopped goes on. Test starts are flown once, by the checkpoint that validation chose.
@@ -15,9 +15,9 @@ from pathlib import Path
 from scipy import stats
 
 import touchdown
-from touchdown import cores, files
-from touchdown.runs import pilots
-from touchdown.runs.folder import cpu_name
+from touchdown.core import files, threads
+from touchdown.policies import weights as policy_weights
+from touchdown.runs.provenance import cpu_name
 from touchdown.runs.run import evaluations_of
 
 
@@ -57,7 +57,9 @@ def table(presets: Sequence[str], seeds: Sequence[int], runs: Path) -> str:
             summary = evaluations_of(run)[0].summary
             last = files.read_jsonl(run.folder.episodes)[-1]
             # a preset that stops when its world is solved says when it knew, validation counted
-            seconds = pilots.facts_of(run.folder.best).get("solved_seconds", last["seconds"])
+            seconds = policy_weights.facts_of(run.folder.best).get(
+                "solved_seconds", last["seconds"]
+            )
             means.append(summary.mean)
             lines.append(
                 f"| {preset} | {seed} | {summary.mean:.1f} ± {summary.sd:.0f} "
@@ -76,17 +78,17 @@ def main() -> None:
     parser.add_argument("presets", nargs="+", choices=list(touchdown.PRESETS))
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2, 3, 4])
     parser.add_argument("--runs-dir", type=Path, default=Path("runs") / "seeds")
-    parser.add_argument("--workers", type=int, default=cores.available())
+    parser.add_argument("--workers", type=int, default=threads.available())
     parser.add_argument("--table", action="store_true", help="print what is there, train nothing")
     args = parser.parse_args()
     jobs = [(preset, seed, args.runs_dir) for preset in args.presets for seed in args.seeds]
     if not args.table:
-        cores.share(args.workers)
+        threads.share(args.workers)
         with multiprocessing.get_context("spawn").Pool(args.workers, maxtasksperchild=1) as pool:
             for count, name in enumerate(pool.imap_unordered(train, jobs, chunksize=1), start=1):
                 print(f"{count}/{len(jobs)} {name}", flush=True)
-    threads = max(1, cores.available() // args.workers)
-    print(f"{cpu_name()}, {threads} threads a run, {args.workers} at a time; seeds {args.seeds}")
+    each = max(1, threads.available() // args.workers)
+    print(f"{cpu_name()}, {each} threads a run, {args.workers} at a time; seeds {args.seeds}")
     print(
         "In bold the mean over seeds of the mean test return, with its 95% interval by Student's t."
     )

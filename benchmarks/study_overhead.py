@@ -18,8 +18,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from touchdown import cores
-from touchdown.runs.folder import cpu_name
+from touchdown.core import threads
+from touchdown.runs.provenance import cpu_name
 from touchdown.studies import paper, runner
 from touchdown.studies import store as stores
 from touchdown.studies.executors import LocalExecutor
@@ -33,7 +33,7 @@ def jobs_of(runs: int, observations: int) -> list[TrainJob]:
     """The paper's best agent at the quick scale, a run a seed that no study reports."""
     cells = paper.studies("quick")["ladder"].cells()
     config = next(cell.config for cell in cells if cell.labels == (paper.BEST,))
-    training = replace(config.training, max_observations=observations)
+    training = replace(config.training, max_env_steps=observations)
     return [
         TrainJob(replace(config, seed=20_000 + seed, training=training)) for seed in range(runs)
     ]
@@ -48,7 +48,7 @@ def do_all(jobs: Sequence[TrainJob], store: Path) -> None:
 def back_to_back(jobs: Sequence[TrainJob], workers: int, store: Store) -> None:
     """In plain processes."""
     context = multiprocessing.get_context("spawn")
-    with cores.one_thread_each():
+    with threads.one_thread_each():
         processes = [
             context.Process(target=do_all, args=(jobs[first::workers], store.runs))
             for first in range(workers)
@@ -81,7 +81,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--runs", type=int, default=8)
     parser.add_argument("--rounds", type=int, default=2)
-    parser.add_argument("--workers", type=int, default=cores.available())
+    parser.add_argument("--workers", type=int, default=threads.available())
     parser.add_argument("--observations", type=int, default=40_000, help="of a run")
     args = parser.parse_args()
     print(

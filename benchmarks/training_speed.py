@@ -18,14 +18,17 @@ import stable_baselines3
 import torch
 from stable_baselines3 import DQN
 
-from touchdown import device, presets
 from touchdown.agents.dqn import DQNAgent
-from touchdown.config import Config, ExplorationConfig, LearningConfig, ReplayConfig
-from touchdown.lander import env as lander
-from touchdown.lander.slots import make_slots
-from touchdown.runs.folder import cpu_name
-from touchdown.runs.loop import begin, interact
-from touchdown.seeding import streams, training_start
+from touchdown.config import presets
+from touchdown.config.config import Config
+from touchdown.config.sections import ExplorationConfig, LearningConfig, ReplayConfig
+from touchdown.core import device
+from touchdown.core.seeding import streams, training_start
+from touchdown.envs import environment
+from touchdown.envs.pool import make_pool
+from touchdown.lander import engine as engines
+from touchdown.runs.provenance import cpu_name
+from touchdown.training.loop import begin, interact
 
 EPSILON = 0.1
 
@@ -41,19 +44,19 @@ def same_numbers(seed: int) -> Config:
     )
 
 
-def ours(config: Config, engine: lander.Engine) -> Callable[[int], object]:
+def ours(config: Config, engine: engines.Engine) -> Callable[[int], object]:
     """A function that trains for so many more steps."""
-    world = lander.make(config.env_id, engine=engine)
+    world = environment.make_env(config.env_id, engine=engine)
     world.env.close()
     agent = DQNAgent(config, world.spaces, streams(config.seed))
-    slots = make_slots(config.env_id, config.training.num_envs, engine)
+    indices = make_pool(config.env_id, config.training.num_envs, engine)
 
     def start_of(episode: int) -> int:
         return training_start(config.seed, episode)
 
     agent.begin_episode(0)
-    episodes = begin(slots, start_of, config.training.num_envs)
-    steps = interact(agent, slots, start_of, episodes)
+    episodes = begin(indices, start_of, config.training.num_envs)
+    steps = interact(agent, indices, start_of, episodes)
 
     def train(count: int) -> None:
         for _ in islice(steps, count):

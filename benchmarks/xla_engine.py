@@ -22,14 +22,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from touchdown import device
-from touchdown.agents.fused.network import FusedNetwork
+from touchdown.agents.learners.fused import FusedNetwork
 from touchdown.agents.networks import QNetwork
-from touchdown.config import NetworkConfig
-from touchdown.lander.engine import Batch
-from touchdown.lander.slots import make_slots
-from touchdown.runs.folder import cpu_name
-from touchdown.runs.loop import begin, interact
+from touchdown.config.sections import NetworkConfig
+from touchdown.core import device
+from touchdown.envs.pool import make_pool
+from touchdown.lander._engine import Batch
+from touchdown.runs.provenance import cpu_name
+from touchdown.training.loop import begin, interact
 
 ENGINE = Path(__file__).parents[1] / "src" / "touchdown" / "lander" / "engine"
 SHAPE = NetworkConfig(hidden_sizes=(64, 64), layer_norm=True)
@@ -54,8 +54,8 @@ class Bare:
 
     def __init__(self, count: int, network: FusedNetwork, params: Any) -> None:
         self._batch = Batch(count)
-        for slot in range(count):
-            self._batch.seed(slot, slot)
+        for index in range(count):
+            self._batch.seed(index, index)
         self._network = network
         self._params = np.asarray(params)
         self._arrays: tuple[Any, ...] = (
@@ -149,9 +149,9 @@ def main() -> None:
     fused = FusedNetwork(D, A, SHAPE)
     plain = QNetwork(D, A, SHAPE)
     params = plain.init(jax.random.key(0))
-    slots = make_slots("LunarLander-v3", count, "exact")
-    episodes = begin(slots, int, count)
-    training = interact(Greedy(fused, params), slots, int, episodes)
+    indices = make_pool("LunarLander-v3", count, "exact")
+    episodes = begin(indices, int, count)
+    training = interact(Greedy(fused, params), indices, int, episodes)
     with tempfile.TemporaryDirectory() as folder:
         library = compiled(Path(folder))
     jax.ffi.register_ffi_target("advance_flock", jax.ffi.pycapsule(library.advance_flock))

@@ -10,7 +10,7 @@ import hypothesis
 import numpy as np
 import pytest
 
-from touchdown import device
+from touchdown.core import device
 
 device.use("cpu")  # before anything below computes
 os.environ["OMP_NUM_THREADS"] = "1"  # tests run side by side
@@ -19,16 +19,16 @@ import jax  # noqa: E402
 
 from touchdown.agents.dqn import DQNAgent  # noqa: E402
 from touchdown.agents.networks import QNetwork  # noqa: E402
-from touchdown.config import (  # noqa: E402
-    Config,
+from touchdown.config.config import Config  # noqa: E402
+from touchdown.config.sections import (  # noqa: E402
     ExplorationConfig,
     LearningConfig,
     NetworkConfig,
     ReplayConfig,
     TrainingConfig,
 )
-from touchdown.seeding import streams  # noqa: E402
-from touchdown.types import Spaces  # noqa: E402
+from touchdown.core.seeding import streams  # noqa: E402
+from touchdown.core.types import Spaces  # noqa: E402
 
 # the same examples every time, however slow or busy the machine
 hypothesis.settings.register_profile(

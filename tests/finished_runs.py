@@ -2,8 +2,8 @@
 
 import json
 
-from touchdown.runs.evaluate import EpisodeResult
-from touchdown.runs.evaluation import Evaluation, write_evaluations
+from touchdown.evaluation.evaluation import Evaluation, write_evaluations
+from touchdown.evaluation.evaluator import EpisodeResult
 from touchdown.runs.run import CURVE
 from touchdown.stats.summary import summarise
 from touchdown.studies.work import LAST

@@ -30,7 +30,7 @@ sys.stdout.write(oracle.summary(reports))
 sys.exit(any(report.difference for report in reports.values()))
 """
 LEARN = f"""{BUILT_FIRST}
-from touchdown.agents.fused import _fused
+from touchdown.agents.learners import _fused
 assert "sanitized" in _fused.__file__, _fused.__file__
 import pytest
 sys.exit(pytest.main(["-q", "-p", "no:cacheprovider", "-n", "0", {str(TESTS)!r}]))

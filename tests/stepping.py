@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from touchdown.agents.agent import Agent
-from touchdown.lander.slots import StockSlots
-from touchdown.runs.loop import Moment, begin, interact
-from touchdown.types import Steps
+from touchdown.core.types import StepResult
+from touchdown.envs.pool import StockEnvPool
+from touchdown.training.loop import AgentStep, begin, interact
 
 
 def observe(
@@ -22,7 +22,7 @@ def observe(
     truncated: bool = False,
     following: np.ndarray | None = None,
 ) -> dict[str, float] | None:
-    steps = Steps(o_t[None], np.array([r_t]), np.array([terminated]), np.array([truncated]))
+    steps = StepResult(o_t[None], np.array([r_t]), np.array([terminated]), np.array([truncated]))
     then = o_t if following is None else following
     return agent.observe(o_tm1[None], np.array([a_tm1]), steps, then[None])
 
@@ -31,8 +31,8 @@ def act(agent: Agent, observation: np.ndarray) -> int:
     return int(agent.act(observation[None])[0])
 
 
-def fly(agent: Agent, *envs: Any, start_of: Callable[[int], int] = int) -> Iterator[Moment]:
+def fly(agent: Agent, *envs: Any, start_of: Callable[[int], int] = int) -> Iterator[AgentStep]:
     """The loop over these worlds from their first episodes on."""
-    slots = StockSlots(envs)
+    indices = StockEnvPool(envs)
     agent.begin_episode(0)
-    return interact(agent, slots, start_of, begin(slots, start_of, len(envs)))
+    return interact(agent, indices, start_of, begin(indices, start_of, len(envs)))

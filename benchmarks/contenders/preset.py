@@ -7,18 +7,19 @@ from dataclasses import replace
 from pathlib import Path
 
 from contenders.watch import Judge, Stopwatch
-from touchdown import device, files, presets
-from touchdown.config import Config
+from touchdown.config import presets
+from touchdown.config.config import Config
+from touchdown.core import device, files
+from touchdown.policies import weights as policy_weights
 from touchdown.runs import folder as folders
-from touchdown.runs import pilots
 from touchdown.runs.folder import RunFolder
-from touchdown.runs.train import Trainer
+from touchdown.training.trainer import Trainer
 
 _BETWEEN_GLANCES = 0.02  # seconds
 
 
 class _Keeper:
-    """Keeps every pilot that a run holds on its way, and since when.
+    """Keeps every policy that a run holds on its way, and since when.
 
     A run writes the best that it has found, whole, in the place of the one before. This takes a
     glance at the file, so that it knows nothing of how the run is trained.
@@ -54,7 +55,7 @@ def seconds_to_decision(folder: RunFolder) -> float:
         UserError: the run's records are broken.
     """
     last = files.read_jsonl(folder.episodes, ("seconds",))[-1]["seconds"]
-    return float(pilots.facts_of(folder.best).get("solved_seconds", last))
+    return float(policy_weights.facts_of(folder.best).get("solved_seconds", last))
 
 
 def train(name: str, config: Config, runs: Path, judge: Judge) -> None:
@@ -77,11 +78,11 @@ def train(name: str, config: Config, runs: Path, judge: Judge) -> None:
     held = folder.path / "held.safetensors"
     for held_since, weights in keeper.kept:
         held.write_bytes(weights)
-        observations = pilots.facts_of(held)["observations"]
-        judge.look(pilots.load_weights(held).pilot, held_since, observations, chosen=True)
+        observations = policy_weights.facts_of(held)["observations"]
+        judge.look(policy_weights.load_weights(held).policy, held_since, observations, chosen=True)
     held.unlink(missing_ok=True)
     observations = files.read_jsonl(folder.episodes)[-1]["observations"]
-    judge.look(pilots.load_run(folder).pilot, seconds, observations, chosen=True, last=True)
+    judge.look(runs.load_run(folder).policy, seconds, observations, chosen=True, last=True)
 
 
 def config_of(preset: str, seed: int, cap: int | None) -> Config:
@@ -89,4 +90,4 @@ def config_of(preset: str, seed: int, cap: int | None) -> Config:
     config = replace(presets.preset(preset), seed=seed)
     if cap is None:
         return config
-    return replace(config, training=replace(config.training, max_observations=cap))
+    return replace(config, training=replace(config.training, max_env_steps=cap))

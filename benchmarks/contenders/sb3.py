@@ -7,8 +7,8 @@ from stable_baselines3 import DQN
 from stable_baselines3.common.callbacks import BaseCallback
 
 from contenders.watch import ENV_ID, Watch
-from touchdown.seeding import training_start
-from touchdown.types import FloatArray, IntArray
+from touchdown.core.seeding import training_start
+from touchdown.core.types import FloatArray, IntArray
 
 OBSERVATIONS = 100_000
 # `LunarLander-v3` in RL Zoo's hyperparams/dqn.yml (rl-zoo3 2.9.2), marked as tuned
@@ -45,13 +45,13 @@ class Greedy:
 class _Steps(BaseCallback):
     """Tells the watch of every step."""
 
-    def __init__(self, watch: Watch, pilot: Greedy) -> None:
+    def __init__(self, watch: Watch, policy: Greedy) -> None:
         super().__init__()
         self._watch = watch
-        self._pilot = pilot
+        self._policy = policy
 
     def _on_step(self) -> bool:
-        self._watch.step(self.num_timesteps, self._pilot)
+        self._watch.step(self.num_timesteps, self._policy)
         return True
 
 
@@ -60,7 +60,7 @@ def learn(algorithm: Any, greedy: type[Greedy], seed: int, observations: int, wa
 
     Args:
         algorithm: its class.
-        greedy: makes the pilot of a model.
+        greedy: makes the policy of a model.
         seed: of the training.
         observations: to train for.
         watch: looks at it.
@@ -73,9 +73,9 @@ def learn(algorithm: Any, greedy: type[Greedy], seed: int, observations: int, wa
         seed=training_start(seed, 0),
         device="cpu",
     )
-    pilot = greedy(model)
-    model.learn(observations, callback=_Steps(watch, pilot))
-    watch.end(model.num_timesteps, pilot)
+    policy = greedy(model)
+    model.learn(observations, callback=_Steps(watch, policy))
+    watch.end(model.num_timesteps, policy)
 
 
 def train(seed: int, observations: int, watch: Watch) -> None:

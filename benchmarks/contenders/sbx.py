@@ -5,7 +5,7 @@ from sbx import DQN
 
 from contenders import sb3
 from contenders.watch import Watch
-from touchdown.types import FloatArray, IntArray
+from touchdown.core.types import FloatArray, IntArray
 
 OBSERVATIONS = sb3.OBSERVATIONS
 

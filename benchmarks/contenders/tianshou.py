@@ -14,8 +14,8 @@ from tianshou.trainer import OffPolicyTrainerParams
 from tianshou.utils.net.common import Net
 
 from contenders.watch import ENV_ID, Watch
-from touchdown.seeding import training_start
-from touchdown.types import FloatArray, IntArray
+from touchdown.core.seeding import training_start
+from touchdown.core.types import FloatArray, IntArray
 
 # examples/box2d/lunarlander_dqn.py of Tianshou, "found by Optuna"; its ten epochs are all flown,
 # while the example stops at the first of its own tests that it calls solved
@@ -71,12 +71,12 @@ def train(seed: int, observations: int, watch: Watch) -> None:
     )
     collector.reset()
     collector.collect(n_step=_WARM_UP)
-    pilot = _Greedy(policy)
+    policy = _Greedy(policy)
 
     def step(_epoch: int, flown: int) -> None:
         epsilon = _EPSILON_TRAIN * (1 - _EPSILON_DECAY) ** flown
         policy.set_eps_training(max(epsilon, _EPSILON_TEST))
-        watch.step(_WARM_UP + flown, pilot)
+        watch.step(_WARM_UP + flown, policy)
 
     algorithm.run_training(
         OffPolicyTrainerParams(
@@ -92,4 +92,4 @@ def train(seed: int, observations: int, watch: Watch) -> None:
         )
     )
     # the training has counted from anew
-    watch.end(_WARM_UP + collector.collect_step, pilot)
+    watch.end(_WARM_UP + collector.collect_step, policy)

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from touchdown.runs.evaluate import Fleet
-from touchdown.seeding import TEST_STARTS, VALIDATION_STARTS
-from touchdown.types import Pilot
+from touchdown.core.seeding import TEST_STARTS, VALIDATION_STARTS
+from touchdown.core.types import Policy
+from touchdown.evaluation.evaluator import Evaluator
 
 ENV_ID = "LunarLander-v3"
 SOLVED = 200.0
@@ -64,14 +64,14 @@ class Judge:
 
     def __init__(self, record: Callable[[dict[str, Any]], object]) -> None:
         self._record = record
-        self._validation = Fleet(ENV_ID, len(_VALIDATION), "exact")
-        self._test = Fleet(ENV_ID)
+        self._validation = Evaluator(ENV_ID, len(_VALIDATION), "exact")
+        self._test = Evaluator(ENV_ID)
         self._best = -np.inf
         self._verified = False
 
     def look(
         self,
-        pilot: Pilot,
+        policy: Policy,
         seconds: float,
         observations: int,
         *,
@@ -81,13 +81,13 @@ class Judge:
         """Validate a policy; test it if it is held from now on, or says that it lands.
 
         Args:
-            pilot: the policy.
+            policy: the policy.
             seconds: of training.
             observations: of training.
             chosen: the system holds it by a choice of its own; else the best validated is held.
             last: the last weights of the training.
         """
-        results = self._validation.fly(pilot, _VALIDATION)
+        results = self._validation.fly(policy, _VALIDATION)
         validation = float(np.mean([result.episode_return for result in results]))
         held = chosen or validation > self._best
         self._best = max(self._best, validation)
@@ -99,7 +99,7 @@ class Judge:
             "last": last,
         }
         if held or last or (validation >= SOLVED and not self._verified):
-            flown = self._test.fly(pilot, _TEST)
+            flown = self._test.fly(policy, _TEST)
             tested = float(np.mean([result.episode_return for result in flown]))
             row["test_return"] = tested
             row["landed"] = float(np.mean([result.outcome == "landed" for result in flown]))
@@ -127,7 +127,7 @@ class Watch:
         self._next = next_look(0.0, marks)
         self._clock = Stopwatch()
 
-    def step(self, observations: int, pilot: Pilot) -> None:
+    def step(self, observations: int, policy: Policy) -> None:
         """To be called between steps of training, often.
 
         Raises:
@@ -135,14 +135,14 @@ class Watch:
         """
         seconds = self._clock.seconds()
         if seconds >= self._most:
-            self.end(observations, pilot)
+            self.end(observations, policy)
             raise Enough
         if seconds < self._next:
             return
         with self._clock.standing():
-            self._judge.look(pilot, seconds, observations)
+            self._judge.look(policy, seconds, observations)
             self._next = next_look(seconds, self._marks)
 
-    def end(self, observations: int, pilot: Pilot) -> None:
+    def end(self, observations: int, policy: Policy) -> None:
         """To be called when the training has ended."""
-        self._judge.look(pilot, self._clock.seconds(), observations, last=True)
+        self._judge.look(policy, self._clock.seconds(), observations, last=True)

@@ -8,11 +8,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from touchdown.config import Config
-    from touchdown.errors import Interrupted, UserError
-    from touchdown.presets import PRESETS, preset
-    from touchdown.runs.run import Run, list_runs
-    from touchdown.studying import (
+    from touchdown.api.studies import (
         compare,
         list_studies,
         run_study,
@@ -20,29 +16,33 @@ if TYPE_CHECKING:
         study_status,
         tune_agent,
     )
-    from touchdown.verbs import evaluate, export, fly, resume, show, train, tune_pid
+    from touchdown.api.verbs import evaluate, export, fly, resume, show, train, tune_pid
+    from touchdown.config.config import Config
+    from touchdown.config.presets import PRESETS, preset
+    from touchdown.core.errors import Interrupted, UserError
+    from touchdown.runs.run import Run, list_runs
 
 _HOMES = {
-    "Config": "config",
-    "Interrupted": "errors",
-    "PRESETS": "presets",
+    "Config": "config.config",
+    "Interrupted": "core.errors",
+    "PRESETS": "config.presets",
     "Run": "runs.run",
-    "UserError": "errors",
-    "compare": "studying",
-    "evaluate": "verbs",
-    "export": "verbs",
-    "fly": "verbs",
+    "UserError": "core.errors",
+    "compare": "api.studies",
+    "evaluate": "api.verbs",
+    "export": "api.verbs",
+    "fly": "api.verbs",
     "list_runs": "runs.run",
-    "list_studies": "studying",
-    "preset": "presets",
-    "resume": "verbs",
-    "run_study": "studying",
-    "show": "verbs",
-    "study_report": "studying",
-    "study_status": "studying",
-    "train": "verbs",
-    "tune_agent": "studying",
-    "tune_pid": "verbs",
+    "list_studies": "api.studies",
+    "preset": "config.presets",
+    "resume": "api.verbs",
+    "run_study": "api.studies",
+    "show": "api.verbs",
+    "study_report": "api.studies",
+    "study_status": "api.studies",
+    "train": "api.verbs",
+    "tune_agent": "api.studies",
+    "tune_pid": "api.verbs",
 }
 
 __version__ = "0.1.0"

@@ -1,5 +1,5 @@
 """`python -m touchdown` is the command line."""
 
-from touchdown.cli import main
+from touchdown.cli.app import main
 
 main()

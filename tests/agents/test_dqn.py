@@ -7,8 +7,8 @@ from numpy.random import default_rng
 
 from stepping import act, fly, observe
 from touchdown.agents.dqn import DQNAgent
-from touchdown.agents.networks import GreedyPilot, QNetwork
-from touchdown.types import Steps
+from touchdown.agents.networks import GreedyPolicy, QNetwork
+from touchdown.core.types import StepResult
 
 NewAgent = Callable[..., DQNAgent]
 GREEDY = {"schedule": "constant", "epsilon_start": 0.0}
@@ -265,8 +265,8 @@ def test_a_noisy_pilot_flies_the_means(new_agent: NewAgent):
     feed(agent, 40)
     rows = random_observations(40)
     expected = [greedy_action(agent, row) for row in rows]
-    pilot = agent.model.pilot(agent.params())
-    assert [pilot.act(rows).tolist() for _ in range(2)] == [expected] * 2
+    policy = agent.model.policy(agent.params())
+    assert [policy.act(rows).tolist() for _ in range(2)] == [expected] * 2
 
 
 def test_noise_follows_from_the_seed_as_all_else_does(new_agent: NewAgent, chain):
@@ -297,7 +297,7 @@ def test_a_noisy_agent_restored_by_its_counters_goes_on_as_if_nothing_had_been(
     assert np.array_equal(online(agent), online(resumed))
 
 
-# --- the pilot ---
+# --- the policy ---
 
 
 def tied(network: QNetwork, params: np.ndarray) -> np.ndarray:
@@ -317,32 +317,32 @@ def tied(network: QNetwork, params: np.ndarray) -> np.ndarray:
 
 
 def test_a_pilots_action_does_not_depend_on_who_flies_beside(network: QNetwork, new_agent):
-    pilot = GreedyPilot(network, tied(network, online(new_agent())))
+    policy = GreedyPolicy(network, tied(network, online(new_agent())))
     observations = random_observations(200)  # more than six full calls
-    together = pilot.act(observations)
-    left, right = np.asarray(network.values(pilot._params, observations)).T
+    together = policy.act(observations)
+    left, right = np.asarray(network.values(policy._params, observations)).T
     np.testing.assert_allclose(left, right, atol=1e-5)  # ties, but for rounding
-    alone = [pilot.act(observations[i : i + 1]).item() for i in range(200)]
+    alone = [policy.act(observations[i : i + 1]).item() for i in range(200)]
     assert together.tolist() == alone
-    assert pilot.act(observations[::-1]).tolist() == alone[::-1]
-    assert pilot.act(observations[:33]).tolist() == alone[:33]
+    assert policy.act(observations[::-1]).tolist() == alone[::-1]
+    assert policy.act(observations[:33]).tolist() == alone[:33]
 
 
 def test_a_pilot_takes_the_action_of_highest_value(new_agent: NewAgent):
     agent = new_agent()
     observations = random_observations(40)
     expected = [greedy_action(agent, observation) for observation in observations]
-    assert agent.model.pilot(agent.params()).act(observations).tolist() == expected
+    assert agent.model.policy(agent.params()).act(observations).tolist() == expected
 
 
 def test_a_pilot_stays_as_it_was_when_its_agent_goes_on_learning(new_agent: NewAgent):
     agent = new_agent(learning={"learning_rate": 0.01})
     feed(agent, 10)
-    pilot, observations = agent.model.pilot(agent.params()), random_observations(500, seed=9)
-    before = pilot.act(observations)
+    policy, observations = agent.model.policy(agent.params()), random_observations(500, seed=9)
+    before = policy.act(observations)
     feed(agent, 200, reward=5.0)
-    assert np.array_equal(pilot.act(observations), before)
-    assert not np.array_equal(agent.model.pilot(agent.params()).act(observations), before)
+    assert np.array_equal(policy.act(observations), before)
+    assert not np.array_equal(agent.model.policy(agent.params()).act(observations), before)
 
 
 # --- parts that combine ---
@@ -462,7 +462,7 @@ def observe_together(agent: DQNAgent, times: int, worlds: int) -> list[bool]:
     for _ in range(times):
         rows = random_observations(2 * worlds, seed=agent.observations).reshape(2, worlds, 5)
         no = np.zeros(worlds, bool)
-        steps = Steps(rows[1], -np.ones(worlds), no, no)
+        steps = StepResult(rows[1], -np.ones(worlds), no, no)
         metrics = agent.observe(rows[0], np.arange(worlds) % 2, steps, rows[1])
         measured.append(metrics is not None)
     return measured

@@ -3,7 +3,7 @@ import pytest
 from numpy.random import default_rng
 
 from touchdown.agents import exploration
-from touchdown.config import ExplorationConfig
+from touchdown.config.sections import ExplorationConfig
 
 
 def test_constant_never_changes():

@@ -8,7 +8,7 @@ from numpy.random import default_rng
 from numpy.testing import assert_allclose
 
 from touchdown.agents.networks import DuelingHead, NoisyLinear, QNetwork, in_blocks
-from touchdown.config import NetworkConfig
+from touchdown.config.sections import NetworkConfig
 
 ACTIVATIONS = {
     "relu": lambda x: np.maximum(x, 0),

@@ -6,18 +6,18 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from stepping import fly
-from touchdown.agents import tabular
+from touchdown.agents import tabular_math
 from touchdown.agents.pqn import PQNAgent
-from touchdown.config import (
-    Config,
+from touchdown.config.config import Config
+from touchdown.config.sections import (
     ExplorationConfig,
     LearningConfig,
     NetworkConfig,
     RolloutConfig,
     TrainingConfig,
 )
-from touchdown.seeding import streams
-from touchdown.types import Spaces, Steps
+from touchdown.core.seeding import streams
+from touchdown.core.types import Spaces, StepResult
 
 SPACES = Spaces(observation_size=5, num_actions=2)
 WORLDS = 4
@@ -69,7 +69,7 @@ def feed(agent: PQNAgent, rows: np.ndarray) -> list[bytes]:
     for o_tm1, o_t in pairwise(rows):
         actions = agent.act(o_tm1)
         acted.append(actions.tobytes())
-        agent.observe(o_tm1, actions, Steps(o_t, o_t[:, 0], no, no), o_t)
+        agent.observe(o_tm1, actions, StepResult(o_t, o_t[:, 0], no, no), o_t)
     return acted
 
 
@@ -79,13 +79,13 @@ def test_without_looking_further_it_learns_the_values_of_value_iteration(chain):
         rollout={"trace_decay": 0.0},
     )
     taught(agent, 1_200, chain)
-    best = tabular.value_iteration(tabular.read_model(chain.transitions()), 0.5)
+    best = tabular_math.value_iteration(tabular_math.read_model(chain.transitions()), 0.5)
     assert_allclose(agent.model.values(agent.state.online_params, SEEN), best, atol=0.1)
 
 
 def test_with_long_returns_it_learns_the_way_along_a_chain(chain):
     agent = taught(new_pqn(rollout={"trace_decay": 0.9}), 500, chain)
-    assert agent.model.pilot(agent.params()).act(SEEN).tolist() == [1] * 5
+    assert agent.model.policy(agent.params()).act(SEEN).tolist() == [1] * 5
 
 
 @pytest.mark.parametrize(("terminated", "value"), [(False, 2.0), (True, 1.0)])
@@ -98,8 +98,8 @@ def test_an_episode_cut_off_still_bootstraps_and_one_that_ended_does_not(
     )
     here, there = (np.repeat(SEEN[[state]], WORLDS, axis=0) for state in (0, 2))
     ends, no = np.ones(WORLDS, bool), np.zeros(WORLDS, bool)
-    steps = Steps(here, np.ones(WORLDS), *((ends, no) if terminated else (no, ends)))
-    decoy = Steps(there, np.full(WORLDS, 8.0), ends, no)
+    steps = StepResult(here, np.ones(WORLDS), *((ends, no) if terminated else (no, ends)))
+    decoy = StepResult(there, np.full(WORLDS, 8.0), ends, no)
     for _ in range(1_200):  # every step is an episode's last; the next one's 8 is nothing to it
         agent.observe(here, agent.act(here), steps, there)
         agent.observe(there, agent.act(there), decoy, here)
@@ -125,7 +125,7 @@ def test_metrics_come_once_a_period_of_updates():
     agent, no = new_pqn(metrics_period=6), np.zeros(WORLDS, bool)
     given = []
     for o_tm1, o_t in pairwise(random_rows(49)):
-        steps = Steps(o_t, np.ones(WORLDS), no, no)
+        steps = StepResult(o_t, np.ones(WORLDS), no, no)
         given.append(agent.observe(o_tm1, agent.act(o_tm1), steps, o_t) is not None)
     # after 4, 8, 12, 16, 20 and 24 updates, a rollout each
     assert [at for at, measured in enumerate(given, start=1) if measured] == [16, 24, 40, 48]

@@ -1,338 +1,390 @@
-import gymnasium as gym
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import islice, pairwise
+from typing import Any
+
+import gymnasium
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
-from numpy.random import default_rng
 from numpy.testing import assert_allclose, assert_array_equal
 
-from touchdown.agents.tabular import (
-    Grid,
-    Model,
-    OneHot,
-    expected_sarsa_target,
-    q_learning_target,
-    read_model,
-    sarsa_target,
-    sweep,
-    value_iteration,
-)
+from stepping import act, fly, observe
+from touchdown.agents import registry, tabular_math
+from touchdown.agents.tabular import QTable, TabularAgent, states_of
+from touchdown.agents.tabular_math import Grid, OneHot
+from touchdown.config.config import Config
+from touchdown.config.sections import ExplorationConfig, LearningConfig, TableConfig, TrainingConfig
+from touchdown.core.errors import UserError
+from touchdown.core.seeding import streams
+from touchdown.core.types import Spaces, StepResult
 
-LEFT, DOWN, RIGHT, UP = range(4)  # of the frozen lake
-
-# action 0 stays in state 0 for 1; action 1 goes to state 1 for nothing; from there 0 goes back for
-# 4, and 1 ends the world for 10, "in" state 0, whose value must not be added
-TWO_STATES = {
-    0: {0: [(1.0, 0, 1.0, False)], 1: [(1.0, 1, 0.0, False)]},
-    1: {0: [(1.0, 0, 4.0, False)], 1: [(1.0, 0, 10.0, True)]},
-}
+SPACES = Spaces(observation_size=5, num_actions=2, num_states=5)
+BOX = Spaces(2, 3, low=(-1.0, 0.0), high=(1.0, 4.0))
+SEEN = np.eye(5, dtype=np.float32)
+GREEDY = {"epsilon_start": 0.0}
 
 
-def world_of(env_id: str, **options) -> tuple[gym.Env, Model]:
-    env = gym.make(env_id, **options)
-    return env, read_model(env.unwrapped.P)
+def new_table(
+    seed: int = 0,
+    *,
+    spaces: Spaces = SPACES,
+    algorithm: Any = "tabular",
+    exploration: dict[str, Any] | None = None,
+    learning: dict[str, Any] | None = None,
+    table: dict[str, Any] | None = None,
+    num_envs: int = 1,
+) -> TabularAgent:
+    config = Config(
+        seed=seed,
+        algorithm=algorithm,
+        exploration=ExplorationConfig(
+            **{"schedule": "constant", "epsilon_start": 0.5} | (exploration or {})
+        ),
+        learning=LearningConfig(**{"gamma": 0.5} | (learning or {})),
+        table=TableConfig(**table or {}),
+        training=TrainingConfig(metrics_period=1, num_envs=num_envs),
+    )
+    agent = TabularAgent(config, spaces, streams(seed))
+    agent.begin_episode(0)
+    return agent
 
 
-def random_transitions(rng: np.random.Generator, states: int, actions: int) -> dict:
-    """Each state and action leads to three states, sometimes the same, and sometimes ends."""
-    return {
-        s: {
-            a: [
-                (float(p), int(rng.integers(states)), float(rng.normal()), bool(rng.random() < 0.3))
-                for p in rng.dirichlet(np.ones(3))
-            ]
-            for a in range(actions)
+def learning_by(target: str, **settings: Any) -> TabularAgent:
+    return new_table(
+        exploration=GREEDY, learning={"learning_rate": 0.5, "target": target}, **settings
+    )
+
+
+def step(agent: TabularAgent, s: int, a: int, r: float, s_t: int, **ends: Any) -> Any:
+    return observe(agent, SEEN[s], a, r, SEEN[s_t], **ends)
+
+
+def taught(agent: TabularAgent, steps: int, *envs: Any) -> TabularAgent:
+    for _ in islice(fly(agent, *envs), steps):
+        pass
+    return agent
+
+
+# --- learning where the answer is known ---
+
+
+def test_q_learning_comes_to_the_values_of_value_iteration(chain):
+    agent = taught(new_table(learning={"learning_rate": 0.5}), 3_000, chain())
+    best = tabular_math.value_iteration(tabular_math.read_model(chain.transitions()), 0.5)
+    assert best[4].tolist() == [2, 8]
+    assert_allclose(agent.q, best, atol=1e-6)
+    assert agent.model.policy(agent.params()).act(SEEN).tolist() == [1] * 5
+
+
+@pytest.mark.parametrize("target", ["sarsa", "expected-sarsa"])
+def test_sarsa_comes_to_the_values_of_its_own_exploring_policy(target: str, chain):
+    settings = {
+        "target": target,
+        "learning_rate": 0.5,
+        "learning_rate_end": 0.005,
+        "learning_rate_duration": 12_000,
+    }
+    agent = taught(new_table(learning=settings), 14_000, chain())
+    exact = chain.values_of_acting(0.5, 0.5)
+    assert exact[3, 1] < 3.7  # and 4 by the best policy
+    assert_allclose(agent.q, exact, atol=0.02 if target == "expected-sarsa" else 0.1)
+
+
+def test_worlds_side_by_side_teach_one_table(chain):
+    for target in ("q-learning", "sarsa"):
+        agent = new_table(
+            exploration={"schedule": "linear", "epsilon_end": 0.0, "epsilon_duration": 1_500},
+            learning={"learning_rate": 0.5, "target": target},
+            num_envs=3,
+        )
+        taught(agent, 1_000, *(chain() for _ in range(3)))
+        assert agent.observations == 3_000
+        assert agent.q[4, 1] == pytest.approx(8)
+        assert agent.q.argmax(axis=1).tolist() == [1] * 5
+
+
+@pytest.mark.parametrize("slippery", [False, True])
+def test_value_iteration_of_the_frozen_lake_is_done_in_sweeps_of_the_agent(slippery: bool):
+    transitions: Any = gymnasium.make("FrozenLake-v1", is_slippery=slippery).unwrapped
+    spaces = Spaces(16, 4, 16, transitions=transitions.P)
+    agent = new_table(
+        spaces=spaces, algorithm="value-iteration", learning={"gamma": 0.9, "update_period": 2}
+    )
+    seen = np.eye(16, dtype=np.float32)
+    metrics = [observe(agent, seen[0], 0, 0.0, seen[0]) for _ in range(600)]
+    assert agent.updates == 300  # a sweep every second observation
+    assert [entry is not None for entry in metrics] == [False, True] * 300
+    assert_allclose(
+        agent.q,
+        tabular_math.value_iteration(tabular_math.read_model(transitions.P), 0.9),
+        atol=1e-9,
+    )
+    assert metrics[-1]["loss"] == pytest.approx(0, abs=1e-12)
+    if not slippery:
+        assert agent.q[0].max() == pytest.approx(0.9**5)  # the goal's 1, six steps away
+
+
+# --- one step ---
+
+
+def test_q_learning_goes_towards_the_best_next_value_at_once():
+    agent = learning_by("q-learning")
+    agent.q[1] = 4, 8
+    metrics = step(agent, 0, 1, 1.0, 1)
+    assert agent.q[0].tolist() == [0, 2.5]  # ½·(1 + ½·8)
+    assert metrics == {"loss": 25.0, "mean_q": 2.1, "max_q": 8.0}  # 5², (2½ + 8)/5
+
+
+def test_expected_sarsa_goes_towards_the_mean_of_its_exploring_policy():
+    agent = new_table(
+        exploration={"epsilon_start": 0.5},
+        learning={"learning_rate": 0.5, "target": "expected-sarsa"},
+    )
+    agent.q[1] = 4, 8
+    step(agent, 0, 1, 1.0, 1)
+    assert agent.q[0].tolist() == [0, 2.25]  # ½·(1 + ½·(½·8 + ½·6))
+
+
+def test_sarsa_waits_for_the_action_that_comes_next():
+    agent = learning_by("sarsa")
+    agent.q[1] = 4, 8
+    assert step(agent, 0, 1, 1.0, 1) is None
+    assert agent.updates == 0
+    assert not agent.q[0].any()
+    assert step(agent, 1, 0, 0.0, 2) is not None
+    assert agent.q[0].tolist() == [0, 1.5]  # ½·(1 + ½·4), not the better action's 8
+
+
+@pytest.mark.parametrize("target", ["q-learning", "sarsa", "expected-sarsa"])
+def test_a_terminated_step_does_not_bootstrap(target: str):
+    agent = learning_by(target)
+    agent.q[:] = 100
+    agent.q[0] = 0
+    step(agent, 0, 1, 6.0, 3, terminated=True)
+    assert agent.q[0].tolist() == [0, 3]
+    step(agent, 4, 0, 0.0, 4)  # another episode's action is nothing to the one before
+    assert agent.q[0].tolist() == [0, 3]
+
+
+def test_both_of_sarsas_last_steps_are_learnt_when_the_world_ends():
+    agent = learning_by("sarsa")
+    agent.q[1] = 4, 8
+    step(agent, 0, 1, 1.0, 1)
+    step(agent, 1, 0, 6.0, 2, terminated=True)
+    assert agent.updates == 2
+    assert agent.q[0].tolist() == [0, 1.5]
+    assert agent.q[1].tolist() == [5, 8]  # 4 + ½·(6 − 4)
+
+
+@pytest.mark.parametrize("target", ["q-learning", "sarsa", "expected-sarsa"])
+def test_a_truncated_episode_bootstraps_with_the_action_that_would_have_come(target: str):
+    agent = learning_by(target)
+    agent.q[1], agent.q[2] = (4, 8), (64, 32)
+    step(agent, 0, 1, 1.0, 1, truncated=True, following=SEEN[2])
+    assert agent.q[0].tolist() == [0, 2.5]  # without exploring it is the best one of state 1
+    step(agent, 2, 1, 0.0, 3)
+    assert agent.q[0].tolist() == [0, 2.5]
+
+
+def test_the_step_size_falls_in_a_line_over_the_updates():
+    agent = new_table(
+        learning={
+            "learning_rate": 1.0,
+            "learning_rate_end": 0.5,
+            "learning_rate_duration": 2,
+            "gamma": 0.0,
         }
-        for s in range(states)
+    )
+    for state in range(4):
+        step(agent, state, 0, 8.0, state)
+    assert agent.q[:, 0].tolist() == [8, 6, 4, 4, 0]
+
+
+def test_a_table_starts_as_high_as_it_is_told():
+    assert np.all(new_table(table={"initial_value": 3.0}).q == 3)
+
+
+def test_each_world_of_sarsa_waits_for_its_own_action():
+    agent = learning_by("sarsa", num_envs=2)
+    agent.q[1], agent.q[2] = (4, 8), (16, 32)
+    no = np.zeros(2, bool)
+    rewards = np.ones(2)
+    agent.observe(
+        SEEN[[0, 3]], np.array([0, 1]), StepResult(SEEN[[1, 2]], rewards, no, no), SEEN[[1, 2]]
+    )
+    assert agent.updates == 0
+    agent.observe(
+        SEEN[[1, 2]], np.array([0, 1]), StepResult(SEEN[[4, 4]], rewards, no, no), SEEN[[4, 4]]
+    )
+    assert agent.q[0].tolist() == [1.5, 0]  # ½·(1 + ½·4)
+    assert agent.q[3].tolist() == [0, 8.5]  # ½·(1 + ½·32)
+
+
+# --- states ---
+
+
+def test_states_are_those_of_a_discrete_world_or_the_parts_of_a_box():
+    assert states_of(TableConfig(), SPACES) == OneHot(5)
+    cut = TableConfig(bins=(2, 3), bins_low=(-2, -2), bins_high=(2, 2))
+    assert states_of(cut, BOX) == Grid((2, 3), (-2.0, -2.0), (2.0, 2.0))
+    assert states_of(TableConfig(bins=(2, 3)), BOX) == Grid((2, 3), BOX.low, BOX.high)
+    half = TableConfig(bins=(2, 3), bins_low=(-2, -2))
+    assert states_of(half, BOX) == Grid((2, 3), (-2.0, -2.0), BOX.high)
+
+
+@pytest.mark.parametrize(
+    ("config", "spaces", "said"),
+    [
+        (
+            TableConfig(bins=(4,)),
+            SPACES,
+            "bins = (4,): must stay () in a world of 5 states, which are not cut any more",
+        ),
+        (
+            TableConfig(),
+            BOX,
+            (
+                "bins = (): must be 2 numbers, into how many parts a table cuts each of the "
+                "observation's dimensions, such as --bins 4 4"
+            ),
+        ),
+        (
+            TableConfig(bins=(4, 4, 4)),
+            BOX,
+            (
+                "bins = (4, 4, 4): must be 2 numbers, into how many parts a table cuts each of the "
+                "observation's dimensions, such as --bins 4 4"
+            ),
+        ),
+        (
+            TableConfig(bins=(4, 4)),
+            BOX._replace(low=(-1.0, -np.inf)),
+            (
+                "bins_low = (): must be 2 numbers, as this world's own bounds are not all finite: "
+                "-1, -inf"
+            ),
+        ),
+        (
+            TableConfig(bins=(4, 4), bins_low=(-1, -1)),
+            BOX._replace(high=(float(np.finfo(np.float32).max), 1.0)),
+            (
+                "bins_high = (): must be 2 numbers, as this world's own bounds are not all finite: "
+                "3.403e+38, 1"
+            ),
+        ),
+        (
+            TableConfig(bins=(4, 4), bins_low=(2, 2)),
+            BOX,
+            "bins = (4, 4): need a finite low below a finite high, got 2.0 and 1.0",
+        ),
+    ],
+)
+def test_bins_that_do_not_fit_the_world_are_refused(config: TableConfig, spaces: Spaces, said: str):
+    with pytest.raises(UserError) as refused:
+        states_of(config, spaces)
+    assert str(refused.value) == said
+
+
+@pytest.mark.parametrize("refusing", [TabularAgent, registry.check_fits])
+def test_a_plan_needs_a_model_whatever_the_states_are(refusing: Callable[..., object]):
+    config = Config(env_id="Box-v0", algorithm="value-iteration")
+    arguments = (config, BOX, streams(0))[: 3 if refusing is TabularAgent else 2]
+    with pytest.raises(UserError, match="env_id 'Box-v0': its model is not known; value iter"):
+        refusing(*arguments)
+
+
+def test_a_model_that_is_none_is_refused_in_one_line():
+    config = Config(env_id="Odd-v0", algorithm="value-iteration")
+    odd = SPACES._replace(transitions={0: {0: [(0.5, 0, 0.0, False)]}})
+    with pytest.raises(UserError) as refused:
+        registry.check_fits(config, odd)
+    assert str(refused.value) == (
+        "env_id 'Odd-v0': its model cannot be read: state 0, action 0: probabilities sum to 0.5"
+    )
+
+
+def test_a_network_fits_every_world():
+    registry.check_fits(Config(), BOX)
+    registry.check_fits(Config(algorithm="pqn"), SPACES)
+
+
+# --- what is kept ---
+
+
+@pytest.mark.parametrize("target", ["q-learning", "sarsa", "expected-sarsa"])
+def test_a_restored_agent_goes_on_as_if_nothing_had_been(target: str, chain):
+    settings = {
+        "learning": {
+            "target": target,
+            "learning_rate": 0.5,
+            "learning_rate_end": 0.1,
+            "learning_rate_duration": 300,
+        },
+        "exploration": {"schedule": "linear", "epsilon_start": 1.0, "epsilon_duration": 300},
+    }
+    agent = taught(new_table(**settings), 100, chain())
+    o_tm1, o_t = SEEN[1], SEEN[2]
+    observe(agent, o_tm1, 0, 0.25, o_t)  # a step that SARSA waits with
+    resumed = new_table(**settings)
+    resumed.restore({n: {k: v.copy() for k, v in g.items()} for n, g in agent.tensors().items()},
+                    agent.facts())  # fmt: skip
+    generator = agent._explorer._rng.bit_generator
+    resumed._explorer._rng.bit_generator.state = generator.state
+    resumed.recall(0, SEEN[0], 1, 0.0, o_tm1)
+    resumed.recall(0, o_tm1, 0, 0.25, o_t)
+    for before, after in pairwise(np.random.default_rng(1).integers(5, size=200)):
+        actions = [act(it, SEEN[before]) for it in (agent, resumed)]
+        assert actions[0] == actions[1]
+        for it in (agent, resumed):
+            step(it, before, actions[0], 1.0, after)
+    assert_array_equal(agent.q, resumed.q)
+    assert agent.facts() == resumed.facts()
+
+
+def test_what_is_handed_out_does_not_change_as_learning_goes_on():
+    agent = learning_by("q-learning")
+    params = agent.params()
+    policy = agent.model.policy(params)
+    step(agent, 0, 1, 1.0, 1)
+    assert not params.any()
+    assert policy.act(SEEN[:1]).tolist() == [0]
+    assert agent.model.policy(agent.params()).act(SEEN[:1]).tolist() == [1]
+
+
+def test_one_seed_repeats_and_another_differs(chain):
+    tables = [taught(new_table(seed), 200, chain()).q for seed in (3, 3, 4)]
+    assert_array_equal(tables[0], tables[1])
+    assert not np.array_equal(tables[0], tables[2])
+
+
+def test_a_table_comes_back_from_its_layers_and_another_is_refused():
+    table = QTable(OneHot(2), 3, TableConfig())
+    params = np.arange(6.0)
+    assert_array_equal(table.params_of(table.layers(params)), params)
+    for layers, said in [
+        ({}, r"it holds \[\], a table has q"),
+        ({"q": np.zeros((3, 2))}, r"q is float64\(3, 2\), must be float64\(2, 3\)"),
+        ({"q": np.zeros((2, 3), np.float32)}, r"q is float32\(2, 3\), must be float64\(2, 3\)"),
+    ]:
+        with pytest.raises(ValueError, match=said):
+            table.params_of(layers)
+
+
+def test_a_pilot_of_a_cut_box_flies_the_best_action_of_each_part():
+    cut = TableConfig(bins=(2, 1), bins_low=(-1, 0), bins_high=(1, 1))
+    table = QTable(states_of(cut, BOX), 3, cut)
+    policy = table.policy(np.array([0.0, 2, 1, 0, 0, 5]))
+    assert policy.act(np.array([[-9.0, 0], [-0.1, 9], [0.1, 0]])).tolist() == [1, 1, 2]
+    assert table.describe() == {
+        "table": {"bins": (2, 1), "bins_low": (-1.0, 0.0), "bins_high": (1.0, 1.0)}
     }
 
 
-def test_a_model_has_expected_rewards_and_chances_to_go_on():
-    model = read_model({
-        0: {0: [(0.5, 0, 8.0, False), (0.25, 0, 4.0, False), (0.25, 1, -4.0, True)]},
-        1: {0: [(1.0, 1, 0.0, True)]},
-    })  # fmt: skip
-    assert_array_equal(model.reward, [[4.0], [0.0]])  # ½·8 + ¼·4 − ¼·4
-    assert_array_equal(
-        model.continues, [[[0.75, 0.0]], [[0.0, 0.0]]]
-    )  # the end at 1 is not counted
-
-
-@pytest.mark.parametrize(
-    "transitions",
-    [
-        {},
-        {1: {0: [(1.0, 1, 0.0, False)]}},
-        {0: {}},
-        {0: {1: [(1.0, 0, 0.0, False)]}},
-        {0: {0: []}},
-        {0: {0: [(0.5, 0, 0.0, False)]}},
-        {0: {0: [(1.5, 0, 0.0, False), (-0.5, 0, 0.0, False)]}},
-        {0: {0: [(1.0, 1, 0.0, False)]}},
-    ],
-)
-def test_a_table_of_transitions_that_is_no_world_is_refused(transitions: dict):
-    with pytest.raises(ValueError, match="state"):
-        read_model(transitions)
-
-
-def test_a_sweep_backs_up_the_best_next_value_but_none_past_the_end():
-    q = sweep(np.array([[6.0, 2.0], [-8.0, -4.0]]), read_model(TWO_STATES), 0.5)
-    assert_array_equal(q, [[4.0, -2.0], [7.0, 10.0]])  # 1 + ½·6, 0 + ½·(−4); 4 + ½·6, 10
-
-
-def test_value_iteration_finds_the_values_of_two_states():
-    q = value_iteration(read_model(TWO_STATES), 0.5)
-    # V = 5 and 10: going over at once is worth ½·10; the end pays more than 4 + ½·5
-    assert_allclose(q, [[3.5, 5.0], [6.5, 10.0]], atol=1e-9)
-
-
-def test_a_sweep_is_three_loops_over_the_transitions():
-    transitions = random_transitions(default_rng(0), 7, 3)
-    q = default_rng(1).normal(size=(7, 3))
-    slow = np.zeros((7, 3))
-    for s, actions in transitions.items():
-        for a, outcomes in actions.items():
-            for p, s_t, r_t, terminated in outcomes:
-                slow[s, a] += p * (r_t + (0.0 if terminated else 0.9 * max(q[s_t])))
-    assert_allclose(sweep(q, read_model(transitions), 0.9), slow)
-
-
-@given(arrays(float, (2, 5, 2), elements=st.floats(-100, 100)))
-def test_a_sweep_brings_any_two_tables_closer(tables: np.ndarray):
-    model = read_model(random_transitions(default_rng(2), 5, 2))
-    first, second = (sweep(q, model, 0.9) for q in tables)
-    apart = np.abs(tables[0] - tables[1]).max()
-    assert np.abs(first - second).max() <= 0.9 * apart + 1e-9
-
-
-@pytest.mark.parametrize("gamma", [-0.1, 1.1, float("nan")])
-def test_a_gamma_outside_of_0_to_1_is_refused(gamma: float):
-    with pytest.raises(ValueError, match="gamma"):
-        value_iteration(read_model(TWO_STATES), gamma)
-
-
-def test_value_iteration_says_so_where_values_grow_for_ever():
-    with pytest.raises(ValueError, match="no fixed point within 50 sweeps"):
-        value_iteration(read_model(TWO_STATES), 1.0, max_sweeps=50)  # 1 a step, without an end
-
-
-def test_values_of_the_lake_without_slips_are_powers_of_gamma():
-    _, model = world_of("FrozenLake-v1", is_slippery=False)
-    q = value_iteration(model, 0.9)
-    assert_allclose(q[14, RIGHT], 1.0)  # into the goal
-    assert_allclose(q[14, LEFT], 0.9**2)  # away from it and back
-    assert_allclose(q[0].max(), 0.9**5)  # six steps, the last of which pays
-    assert_array_equal(q[[5, 7, 11, 12, 15]], np.zeros((5, 4)))  # holes and goal
-    assert q[4, RIGHT] == 0.0  # into a hole
-
-
-def test_values_of_the_slippery_lake_solve_their_equation():
-    env, model = world_of("FrozenLake-v1")
-    q = value_iteration(model, 0.99)
-    for s, actions in env.unwrapped.P.items():
-        for a, outcomes in actions.items():
-            backup = sum(p * (r + 0.99 * (not end) * max(q[s_t])) for p, s_t, r, end in outcomes)
-            assert_allclose(q[s, a], backup, atol=1e-9)
-
-
-def test_the_best_path_along_the_cliff_is_thirteen_steps():
-    env, model = world_of("CliffWalking-v1")
-    q = value_iteration(model, 1.0)
-    assert q[36].max() == -13
-    assert q[36, 1] == -100 - 13  # right falls and is put back to the start
-    state, _ = env.reset()
-    steps, terminated = 0, False
-    while not terminated:
-        state, _, terminated, _, _ = env.step(q[state].argmax())
-        steps += 1
-    assert steps == 13
-
-
-def test_a_drop_off_of_the_taxi_ends_though_the_state_after_it_has_a_value():
-    env, model = world_of("Taxi-v4")
-    q = value_iteration(model, 0.9)
-    in_taxi, at_r = env.unwrapped.encode(0, 0, 4, 0), env.unwrapped.encode(0, 0, 0, 0)
-    assert_allclose(q[in_taxi, 5], 20.0)
-    assert q[at_r].max() > 10  # the decoy: pick up again, drop again
-    assert_allclose(q[env.unwrapped.encode(1, 0, 4, 0)].max(), 17.0)  # −1 + 0.9·20
-    assert q.max() == 20.0
-
-
-def test_q_learning_s_target_takes_the_best_next_value():
-    assert q_learning_target(1.0, 0.5, np.array([2.0, 4.0, 3.0])) == 3.0  # 1 + ½·4
-    assert q_learning_target(1.0, 0.5, np.array([-8.0, -4.0])) == -1.0  # the best of bad is not 0
-
-
-def test_sarsa_s_target_takes_the_next_action_s_value_though_another_is_better():
-    assert sarsa_target(1.0, 0.5, np.array([2.0, 90.0, -6.0]), 2) == -2.0  # 1 − ½·6
-
-
-def test_expected_sarsa_s_target_weighs_all_next_values():
-    q_t = np.array([8.0, 0.0, 4.0, 0.0])
-    # π = 0.7, 0.1, 0.1, 0.1: the greedy action is among the random ones
-    assert_allclose(expected_sarsa_target(1.0, 0.5, q_t, 0.4), 4.0)  # 1 + ½·(5.6 + 0.4)
-
-
-def test_expected_sarsa_is_q_learning_without_exploration_and_the_mean_with_nothing_else():
-    q_t = np.array([2.0, 4.0, 9.0])
-    assert expected_sarsa_target(1.0, 0.5, q_t, 0.0) == q_learning_target(1.0, 0.5, q_t) == 5.5
-    assert expected_sarsa_target(1.0, 0.5, q_t, 1.0) == 3.5  # 1 + ½·5
-
-
-def test_expected_sarsa_is_the_mean_of_sarsa_over_the_actions_drawn():
-    q_t, epsilon, rng = np.array([1.0, 5.0, 5.0, -3.0]), 0.3, default_rng(0)
-    a_t = np.where(rng.random(40_000) < epsilon, rng.integers(4, size=40_000), q_t.argmax())
-    sarsa = [sarsa_target(1.0, 0.9, q_t, a) for a in a_t]
-    assert_allclose(np.mean(sarsa), expected_sarsa_target(1.0, 0.9, q_t, epsilon), atol=0.05)
-
-
-def test_a_discount_of_zero_leaves_the_reward_of_every_target():
-    q_t = np.array([70.0, 90.0])
-    assert q_learning_target(7.0, 0.0, q_t) == 7.0
-    assert sarsa_target(7.0, 0.0, q_t, 1) == 7.0
-    assert expected_sarsa_target(7.0, 0.0, q_t, 0.5) == 7.0
-
-
-def test_targets_of_a_batch_are_those_of_its_rows():
-    rng = default_rng(0)
-    q_t, r_t = rng.normal(size=(32, 4)), rng.normal(size=32)
-    discount_t, a_t = rng.choice([0.0, 0.9], 32), rng.integers(4, size=32)
-    epsilon = rng.random(32)
-    rows = range(32)
-    assert_allclose(
-        q_learning_target(r_t, discount_t, q_t),
-        [q_learning_target(r_t[i], discount_t[i], q_t[i]) for i in rows],
-    )
-    assert_allclose(
-        sarsa_target(r_t, discount_t, q_t, a_t),
-        [r_t[i] + discount_t[i] * q_t[i][a_t[i]] for i in rows],
-    )
-    assert_allclose(
-        expected_sarsa_target(r_t, discount_t, q_t, epsilon),
-        [expected_sarsa_target(r_t[i], discount_t[i], q_t[i], epsilon[i]) for i in rows],
-    )
-
-
-def learn(env: gym.Env, gamma: float, num_steps: int, seed: int) -> np.ndarray:
-    """Q-learning of a deterministic world from random actions; a step size of 1 is exact there."""
-    rng, q = default_rng(seed), np.zeros((env.observation_space.n, env.action_space.n))
-    state, _ = env.reset(seed=seed)
-    for _ in range(num_steps):
-        action = int(rng.integers(q.shape[1]))
-        next_state, r_t, terminated, truncated, _ = env.step(action)
-        discount_t = 0.0 if terminated else gamma
-        q[state, action] = q_learning_target(r_t, discount_t, q[next_state])
-        state = env.reset()[0] if terminated or truncated else next_state
-    return q
-
-
-def test_q_learning_reaches_the_values_that_value_iteration_finds():
-    env, model = world_of("FrozenLake-v1", is_slippery=False)
-    assert_allclose(learn(env, 0.9, 30_000, seed=0), value_iteration(model, 0.9), atol=1e-6)
-
-
-@pytest.mark.parametrize(("epsilon", "length"), [(0.2, 15), (0.0, 13)])
-def test_expected_sarsa_keeps_off_the_cliff_as_far_as_it_explores(epsilon: float, length: int):
-    env, model = world_of("CliffWalking-v1")
-    q = np.zeros_like(model.reward)
-    for _ in range(3000):  # every target at once, as a sweep does
-        after = [
-            [expected_sarsa_target(r, float(not end), q[s_t], epsilon) for _, s_t, r, end in [only]]
-            for actions in env.unwrapped.P.values()
-            for (only,) in actions.values()
-        ]
-        before, q = q, np.reshape(after, q.shape)
-        if np.abs(q - before).max() < 1e-6:
-            break
-    state, steps = 36, 0
-    while state != 47 and steps < 50:
-        ((_, state, _, _),) = env.unwrapped.P[state][int(q[state].argmax())]
-        steps += 1
-    assert state == 47
-    assert steps >= length
-    assert (steps == 13) == (epsilon == 0.0)
-
-
-def test_one_hot_observations_are_numbered_by_their_one():
-    assert_array_equal(OneHot(3).states(np.array([[0, 0, 1], [1, 0, 0]], np.float32)), [2, 0])
-    env = gym.wrappers.FlattenObservation(gym.make("Taxi-v4"))
-    observation, _ = env.reset(seed=0)
-    assert OneHot(500).states(observation[None])[0] == env.unwrapped.s
-
-
-@pytest.mark.parametrize("rows", [[[0, 0]], [[1, 1]], [[0, 2]], [[1, -1]], [[1, 0, 0]], [1, 0]])
-def test_observations_that_are_not_one_hot_are_refused(rows: list):
-    with pytest.raises(ValueError, match="observations must be"):
-        OneHot(2).states(np.array(rows, float))
-
-
-def test_one_hot_needs_a_state():
-    with pytest.raises(ValueError, match="1 state"):
-        OneHot(0)
-
-
-def test_a_grid_numbers_its_cells_with_the_last_dimension_fastest():
-    grid = Grid((2, 3), low=(0.0, -3.0), high=(1.0, 3.0))
-    assert grid.num_states == 6
-    observations = np.array([[0.2, -2.0], [0.2, 0.0], [0.2, 2.0], [0.7, -2.0], [0.7, 2.0]])
-    assert_array_equal(grid.states(observations), [0, 1, 2, 3, 5])
-
-
-def test_a_bin_holds_its_lower_edge_and_the_last_bin_its_upper_edge_too():
-    grid = Grid((4,), (0.0,), (4.0,))
-    assert_array_equal(grid.states(np.array([[0.0], [1.0], [1.99], [3.0], [4.0]])), [0, 1, 1, 3, 3])
-
-
-def test_what_lies_outside_goes_to_the_bins_at_the_ends():
-    grid = Grid((4,), (0.0,), (4.0,))
-    outside = np.array([[-1.0], [-np.inf], [5.0], [np.inf], [np.finfo(np.float64).max]])
-    assert_array_equal(grid.states(outside), [0, 0, 3, 3, 3])
-
-
-@given(
-    st.lists(st.integers(1, 5), min_size=1, max_size=3).flatmap(
-        lambda bins: st.tuples(
-            st.just(tuple(bins)),
-            arrays(float, (4, len(bins)), elements=st.floats(allow_nan=False)),
-        )
-    )
-)
-def test_every_observation_has_a_state_and_it_is_that_of_a_slow_search(drawn: tuple):
-    bins, observations = drawn
-    grid = Grid(bins, (-1.0,) * len(bins), (3.0,) * len(bins))
-    states = grid.states(observations)
-    assert ((states >= 0) & (states < grid.num_states)).all()
-    for state, observation in zip(states, observations, strict=True):
-        for cell, count, value in zip(
-            np.unravel_index(state, bins), bins, observation, strict=True
-        ):
-            width = 4.0 / count
-            assert cell == 0 or value >= -1.0 + cell * width - 1e-9
-            assert cell == count - 1 or value <= -1.0 + (cell + 1) * width + 1e-9
-
-
-@pytest.mark.parametrize(
-    ("bins", "low", "high"),
-    [
-        ((), (), ()),
-        ((2, 2), (0.0,), (1.0,)),
-        ((2,), (0.0,), (1.0, 2.0)),
-        ((0,), (0.0,), (1.0,)),
-        ((2,), (1.0,), (1.0,)),
-        ((2,), (2.0,), (1.0,)),
-        ((2,), (-np.inf,), (1.0,)),
-        ((2,), (0.0,), (np.nan,)),
-        ((2,), (-1.7e308,), (1.7e308,)),
-    ],
-)
-def test_a_grid_that_cannot_be_is_refused(bins: tuple, low: tuple, high: tuple):
-    with pytest.raises(ValueError, match=r"need|must"):
-        Grid(bins, low, high)
-
-
-@pytest.mark.parametrize("rows", [[[np.nan, 0.0]], [[0.0]], [0.0, 0.0]])
-def test_observations_that_a_grid_cannot_place_are_refused(rows: list):
-    with pytest.raises(ValueError, match="observations must be"):
-        Grid((2, 2), (0.0, 0.0), (1.0, 1.0)).states(np.array(rows))
+def test_metrics_come_once_a_period_of_updates(chain):
+    agent = new_table(num_envs=4)
+    agent._config = replace(agent._config, training=TrainingConfig(num_envs=4, metrics_period=6))
+    moments = islice(fly(agent, *(chain() for _ in range(4))), 6)
+    # after 4, 8, 12, 16, 20 and 24 updates
+    assert [agent_step.metrics is not None for agent_step in moments] == [
+        False, True, True, False, True, True
+    ]  # fmt: skip

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from touchdown.control.pid import (
     ControlValues,
     PIDConfig,
-    PIDPilot,
+    PIDPolicy,
     Rule,
     choose_actions,
     control_values,
@@ -116,7 +116,7 @@ def test_without_a_dead_band_nothing_fires_at_rest():
     assert actions_of("signed", 0.0, 1e-9, dead_band=0.0) == RIGHT
 
 
-# --- the pilot ---
+# --- the policy ---
 
 
 def slow_action(config: PIDConfig, observation: np.ndarray) -> int:
@@ -136,10 +136,10 @@ def slow_action(config: PIDConfig, observation: np.ndarray) -> int:
 
 @pytest.mark.parametrize("rule", ["absolute", "signed"])
 def test_a_pilot_flies_many_as_it_flies_each_alone(rule: Rule):
-    pilot = PIDPilot(replace(GAINS, rule=rule, ki_vertical=-1, kd_angle=-1, dead_band=1.0))
+    policy = PIDPolicy(replace(GAINS, rule=rule, ki_vertical=-1, kd_angle=-1, dead_band=1.0))
     observations = default_rng(0).normal(size=(400, 8))
-    actions = pilot.act(observations).tolist()
-    assert actions == [slow_action(pilot.config, observation) for observation in observations]
+    actions = policy.act(observations).tolist()
+    assert actions == [slow_action(policy.config, observation) for observation in observations]
     assert set(actions) == {IDLE, LEFT, MAIN, RIGHT}
 
 

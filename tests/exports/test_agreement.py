@@ -5,15 +5,15 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from touchdown.errors import UserError
-from touchdown.exports import agreement
-from touchdown.foreign.onnx_pilot import OnnxModel
+from touchdown.core.errors import UserError
+from touchdown.exports import agreement as agreements
+from touchdown.policies.foreign.onnx import OnnxModel
 
 OBSERVATIONS = np.zeros((3, 2), np.float32)
 Q = np.array([[1.0, 2.0], [4.0, 3.0], [2.0, 2.0]])
 
 
-class Pilot:
+class Policy:
     """Gives these values, whatever it sees."""
 
     def __init__(self, q: np.ndarray) -> None:
@@ -36,9 +36,9 @@ class Model:
         return list(self.given)
 
 
-def check(q: np.ndarray, actions: list[int], pilot: Pilot | None = None, **options: float):
+def check(q: np.ndarray, actions: list[int], policy: Policy | None = None, **options: float):
     model = cast(OnnxModel, Model(q, actions))
-    return agreement.check(model, pilot or Pilot(Q), OBSERVATIONS, **options)
+    return agreements.check(model, policy or Policy(Q), OBSERVATIONS, **options)
 
 
 def test_a_model_that_does_the_same_agrees():
@@ -71,18 +71,18 @@ def test_other_values_are_refused_though_the_actions_agree():
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_values_that_are_not_finite_are_refused(value):
     broken = np.where(Q == 4, value, Q)
-    with pytest.raises(UserError, match="the pilot's values are not finite"):
-        check(broken, [1, 0, 0], Pilot(broken))
+    with pytest.raises(UserError, match="the policy's values are not finite"):
+        check(broken, [1, 0, 0], Policy(broken))
     with pytest.raises(UserError, match=r"1 of 3 actions differ|values by up to"):
         check(broken, [1, 0, 0])
 
 
 @pytest.fixture
 def few(monkeypatch: pytest.MonkeyPatch) -> Callable[..., np.ndarray]:
-    monkeypatch.setattr(agreement, "OBSERVATIONS", 3_000)
+    monkeypatch.setattr(agreements, "OBSERVATIONS", 3_000)
 
     def see(seed: int = 0, env_id: str = "LunarLander-v3", actions: int = 4) -> np.ndarray:
-        return agreement.seen_in_flight(Pilot(np.eye(actions)[:1]), env_id, seed)
+        return agreements.seen_in_flight(Policy(np.eye(actions)[:1]), env_id, seed)
 
     return see
 

@@ -10,17 +10,19 @@ import pytest
 import yaml
 
 import touchdown
-from touchdown import files, presets
 from touchdown.agents.dqn import make_network
-from touchdown.agents.table import QTable
-from touchdown.agents.tabular import OneHot
-from touchdown.config import Config
+from touchdown.agents.tabular import QTable
+from touchdown.agents.tabular_math import OneHot
+from touchdown.config import presets
+from touchdown.config.config import Config
+from touchdown.core import files
+from touchdown.envs import environment
+from touchdown.evaluation import evaluation as evaluations
 from touchdown.exports import agreement
-from touchdown.foreign.onnx_pilot import OnnxModel
-from touchdown.lander import env as lander
-from touchdown.runs import evaluation as evaluations
+from touchdown.policies import lookup
+from touchdown.policies import weights as policy_weights
+from touchdown.policies.foreign.onnx import OnnxModel
 from touchdown.runs import folder as folders
-from touchdown.runs import pilots
 from touchdown.runs.run import Run
 
 
@@ -32,10 +34,10 @@ def made(runs_dir: Path, preset: str = "pilot", *, evaluated: bool = True) -> Ru
     folder = folders.create(runs_dir, config)
     model, params = fresh(config)
     facts = {"observations": 12_345, "validation_return": 1.5}
-    pilots.save_weights(folder.best, model, params, facts, config)
+    policy_weights.save_weights(folder.best, model, params, facts, config)
     run = Run(folder)
     if evaluated:
-        flown = evaluations.evaluate_pilot(run.pilot, range(3))
+        flown = evaluations.evaluate_policy(run.policy, range(3))
         evaluations.write_evaluations(folder.evaluation, [flown], facts)
     return run
 
@@ -44,7 +46,7 @@ def fresh(config: Config):
     if config.algorithm == "tabular":
         table = QTable(OneHot(16), 4, config.table)
         return table, np.random.default_rng(0).normal(size=64)
-    world = lander.make(config.env_id)
+    world = environment.make_env(config.env_id)
     world.env.close()
     network = make_network(config.network, world.spaces)
     return network, np.asarray(network.init(jax.random.key(3)))
@@ -185,10 +187,10 @@ def test_a_pilot_that_comes_with_touchdown_is_exported_with_flights_of_its_own(
 
 
 def test_what_comes_with_touchdown_is_of_its_preset():
-    shipped = [path for path in pilots.SHIPPED.iterdir() if path.suffix == ".safetensors"]
+    shipped = [path for path in lookup.SHIPPED.iterdir() if path.suffix == ".safetensors"]
     assert shipped
     for weights in shipped:
-        found = pilots.read_weights(weights)
+        found = policy_weights.read_weights(weights)
         assert found.model.config == presets.preset(weights.stem).network
 
 

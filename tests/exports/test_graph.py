@@ -5,11 +5,11 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from touchdown.agents.networks import QNetwork
-from touchdown.agents.table import QTable
-from touchdown.agents.tabular import Grid, OneHot
-from touchdown.config import NetworkConfig, TableConfig
+from touchdown.agents.tabular import QTable
+from touchdown.agents.tabular_math import Grid, OneHot
+from touchdown.config.sections import NetworkConfig, TableConfig
 from touchdown.exports.graph import IR_VERSION, OPSET, onnx_model
-from touchdown.foreign.onnx_pilot import OnnxModel
+from touchdown.policies.foreign.onnx import OnnxModel
 
 D, A = 5, 3
 OBSERVATIONS = np.random.default_rng(0).normal(size=(40, D)).astype(np.float32)
@@ -84,10 +84,10 @@ def test_a_table_of_cells_is_looked_up_as_the_table_does_it():
     edges = [[0, 0.1, 0], [0, 0.2, 1], [1, 0.3, 2], [-1, 0, -2], [9, np.inf, -9], [-9, -np.inf, 9]]
     spread = np.random.default_rng(1).uniform((-2, -0.1, -3), (2, 0.4, 3), size=(2_000, 3))
     observations = np.concatenate((edges, spread)).astype(np.float32)
-    pilot = table.pilot(params)
+    policy = table.policy(params)
     q, action = run(table, params, observations)
-    assert_array_equal(q, pilot.values(observations).astype(np.float32))
-    assert_array_equal(action, pilot.act(observations))
+    assert_array_equal(q, policy.values(observations).astype(np.float32))
+    assert_array_equal(action, policy.act(observations))
     assert len(np.unique(q[:, 0])) == 24  # every cell was seen
 
 

@@ -7,9 +7,10 @@ from matplotlib.figure import Figure
 from numpy.testing import assert_allclose
 from PIL import Image
 
-from touchdown.errors import UserError
-from touchdown.figures import curve, flights, style
-from touchdown.lander.flight import Flight, Terrain
+from touchdown.core.errors import UserError
+from touchdown.envs.flight import Flight, Terrain
+from touchdown.figures import curve, style
+from touchdown.figures import flights as flight_figure
 
 
 def episode(number: int, episode_return: float, **changes) -> dict:
@@ -35,14 +36,14 @@ def validation(observations: int, mean_return: float) -> dict:
     }
 
 
-def flight(seed: int, outcome: str, end: float, pilot: str = "agent") -> Flight:
+def flight(seed: int, outcome: str, end: float, policy: str = "agent") -> Flight:
     """Three steps straight down from x = 10 to height 4, drifting to `end`."""
     bodies = np.zeros((4, 3, 3), np.float32)
     bodies[:, 0, 0] = np.linspace(10, end, 4)
     bodies[:, 0, 1] = np.linspace(13, 4, 4)
     return Flight(
         env_id="LunarLander-v3",
-        pilot=pilot,
+        policy=policy,
         seed=seed,
         observations=np.zeros((4, 8), np.float32),
         actions=np.zeros(3, np.int64),
@@ -167,7 +168,7 @@ def test_flights_are_drawn_where_the_hull_flew(ax):
         "agent": [flight(0, "landed", 10.5), flight(1, "crashed", 12)],
         "pid": [flight(0, "landed", 9), flight(1, "out of bounds", 20)],
     }
-    assert flights.flights_overlay(ax, groups) is ax
+    assert flight_figure.flights_overlay(ax, groups) is ax
     paths = [it for it in ax.lines if len(it.get_xdata()) == 4]
     for path, flown in zip(paths, groups["agent"] + groups["pid"], strict=True):
         assert_allclose(path.get_xydata(), flown.bodies[:, 0, :2])
@@ -184,7 +185,7 @@ def test_flights_are_drawn_where_the_hull_flew(ax):
 
 def test_ground_of_every_start_is_drawn_once(ax):
     groups = {name: [flight(0, "landed", 10), flight(1, "landed", 10)] for name in ("a", "b")}
-    flights.flights_overlay(ax, groups)
+    flight_figure.flights_overlay(ax, groups)
     grounds = [it for it in ax.lines if len(it.get_xdata()) == 11]
     assert [it.get_ydata()[0] for it in grounds] == [3, 4]
 
@@ -194,7 +195,7 @@ def test_legend_counts_landings_and_names_the_outcomes_seen(ax):
         "agent": [flight(0, "landed", 10.5), flight(1, "timed out", 12)],
         "pid": [flight(0, "crashed", 9), flight(1, "crashed", 11)],
     }
-    flights.flights_overlay(ax, groups)
+    flight_figure.flights_overlay(ax, groups)
     assert legend_texts(ax) == ["agent: 1 of 2 landed", "pid: 0 of 2 landed"]
     (marks,) = (it for it in ax.artists if it is not ax.get_legend())
     names = [text.get_text() for text in marks.get_texts()]
@@ -203,7 +204,7 @@ def test_legend_counts_landings_and_names_the_outcomes_seen(ax):
 
 def test_flights_become_a_sharp_file(tmp_path):
     path = tmp_path / "flights.png"
-    flights.save_flights(path, {"agent": [flight(0, "landed", 10)]}, "one flight")
+    flight_figure.save_flights(path, {"agent": [flight(0, "landed", 10)]}, "one flight")
     with Image.open(path) as image:
         assert image.size == (1680, 1280)
 
@@ -211,4 +212,4 @@ def test_flights_become_a_sharp_file(tmp_path):
 def test_flights_of_another_world_are_refused(ax):
     other = dataclasses.replace(flight(0, "terminated", 10), env_id="CartPole-v1", terrain=None)
     with pytest.raises(ValueError, match="CartPole-v1"):
-        flights.flights_overlay(ax, {"agent": [other]})
+        flight_figure.flights_overlay(ax, {"agent": [other]})

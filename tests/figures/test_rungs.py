@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from numpy.testing import assert_allclose
 from PIL import Image
 
-from touchdown.errors import UserError
+from touchdown.core.errors import UserError
 from touchdown.figures import rungs
 
 # two seeds, validated at observations of their own; they differ by 2 throughout
@@ -35,12 +35,12 @@ def test_one_seed_is_its_own_line_without_an_interval():
 
 def test_each_variant_has_a_line_and_a_name_with_its_seeds():
     ax = rungs.draw_rungs(Figure().subplots(), {"pilot": [LOW, HIGH], "mine": [LOW]}, solved=77.0)
-    pilot, mine, solved = ax.get_lines()
-    assert (pilot.get_label(), mine.get_label()) == ("pilot, 2 seeds", "mine, 1 seed")
-    assert_allclose(pilot.get_ydata(), np.linspace(21, 101, 200))
+    policy, mine, solved = ax.get_lines()
+    assert (policy.get_label(), mine.get_label()) == ("pilot, 2 seeds", "mine, 1 seed")
+    assert_allclose(policy.get_ydata(), np.linspace(21, 101, 200))
     assert set(np.asarray(solved.get_ydata())) == {77.0}
     assert ax.get_xlim()[0] == 0
-    assert len({line.get_color() for line in (pilot, mine)}) == 2
+    assert len({line.get_color() for line in (policy, mine)}) == 2
 
 
 def test_rungs_are_written_as_a_picture(tmp_path: Path):

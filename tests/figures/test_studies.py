@@ -3,7 +3,7 @@ import pytest
 from matplotlib.figure import Figure
 from numpy.testing import assert_allclose
 
-from touchdown.figures import studies
+from touchdown.figures import studies as figures
 from touchdown.figures.studies import Point, Row
 
 LOW, HIGH = np.array([10.0, 12.0, 14.0]), np.array([200.0, 210.0, 220.0])
@@ -15,7 +15,7 @@ def new_axes():
 
 def test_levels_on_an_axis_have_their_seeds_their_mean_and_its_interval():
     lines = {"one layer": [Point(10, LOW), Point(20, HIGH)]}
-    ax = studies.draw_over_axis(new_axes(), lines, "nodes", 20)
+    ax = figures.draw_over_axis(new_axes(), lines, "nodes", 20)
     seeds = [tuple(point) for dots in ax.collections for point in dots.get_offsets()]
     assert {(10, 10), (10, 14), (20, 220)} <= set(seeds)
     (container,) = ax.containers
@@ -38,7 +38,7 @@ def test_levels_on_an_axis_have_their_seeds_their_mean_and_its_interval():
 )
 def test_positions_far_apart_or_crowding_towards_one_are_spread(positions, scale):
     lines = {"": [Point(position, LOW) for position in positions]}
-    ax = studies.draw_over_axis(new_axes(), lines, "x")
+    ax = figures.draw_over_axis(new_axes(), lines, "x")
     assert ax.get_xscale() == scale
     assert ax.get_legend() is None
     at = ax.transData.transform([(position, 0) for position in positions])[:, 0]
@@ -49,17 +49,17 @@ def test_positions_far_apart_or_crowding_towards_one_are_spread(positions, scale
 
 
 def test_long_numbers_on_an_axis_are_short():
-    ax = studies.draw_over_axis(new_axes(), {"": [Point(100, LOW), Point(10_000, LOW)]}, "x")
+    ax = figures.draw_over_axis(new_axes(), {"": [Point(100, LOW), Point(10_000, LOW)]}, "x")
     assert [text.get_text() for text in ax.get_xticklabels()] == ["100", "10k"]
 
 
 def test_a_list_of_levels_reads_from_the_top_and_names_what_it_is_compared_with():
     rows = [Row("dqn", LOW), Row("target", HIGH, is_base=True)]
-    ax = studies.draw_rows(new_axes(), rows, {"PID": 222.0})
+    ax = figures.draw_rows(new_axes(), rows, {"PID": 222.0})
     assert [text.get_text() for text in ax.get_yticklabels()] == ["dqn", "target"]
     assert ax.get_ylim()[0] > ax.get_ylim()[1]
     assert {text.get_text() for text in ax.texts} == {"12", "210", "PID"}
-    shares = studies.draw_rows(new_axes(), [Row("dqn", LOW / 100)], shares=True)
+    shares = figures.draw_rows(new_axes(), [Row("dqn", LOW / 100)], shares=True)
     assert [text.get_text() for text in shares.texts] == ["12%"]
     colours = {line.get_color() for line in ax.get_lines()}
     assert len(colours) == 3
@@ -67,7 +67,7 @@ def test_a_list_of_levels_reads_from_the_top_and_names_what_it_is_compared_with(
 
 def test_a_map_says_mean_and_seeds_of_each_cell_and_leaves_out_what_is_missing():
     cells = {(0, 0): LOW, (1, 0): HIGH, (1, 1): np.array([150.0])}
-    ax = studies.draw_map(new_axes(), ("decay", ["0.9", "0.99"]), ("γ", ["0.95", "0.99"]), cells)
+    ax = figures.draw_map(new_axes(), ("decay", ["0.9", "0.99"]), ("γ", ["0.95", "0.99"]), cells)
     texts = {text.get_text(): text.get_position() for text in ax.texts}
     assert texts == {
         "12\n7 to 17\nn = 3": (0, 0),
@@ -77,21 +77,21 @@ def test_a_map_says_mean_and_seeds_of_each_cell_and_leaves_out_what_is_missing()
 
 
 def test_numbers_have_room_and_outliers_do_not_squeeze_the_rest():
-    ax = studies.finish(new_axes(), "return", [np.array([-4_000.0, 100.0, 200.0])], "y")
+    ax = figures.finish(new_axes(), "return", [np.array([-4_000.0, 100.0, 200.0])], "y")
     assert -400 < ax.get_ylim()[0] < -300
     assert 200 < ax.get_ylim()[1] < 400
     assert ax.get_ylabel() == "return"
 
 
 def test_an_axis_reaches_over_the_intervals_and_what_stands_beside_them():
-    ax = studies.finish(new_axes(), "return", [LOW, HIGH], "x", others=[-180.0])
+    ax = figures.finish(new_axes(), "return", [LOW, HIGH], "x", others=[-180.0])
     # 210 ± 4.303 standard errors of 10 / √3
     assert ax.get_xlim()[1] > 234.8
     assert ax.get_xlim()[0] < -180
 
 
 def test_shares_are_per_cent_from_nothing():
-    ax = studies.finish(
+    ax = figures.finish(
         new_axes(), "share", [np.array([0.2, 0.2]), np.array([0.5])], "x", shares=True
     )
     assert_allclose(ax.get_xlim(), (-0.02, 0.55))

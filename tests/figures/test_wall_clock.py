@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from numpy.testing import assert_allclose
 from PIL import Image
 
-from touchdown.errors import UserError
+from touchdown.core.errors import UserError
 from touchdown.figures import wall_clock
 
 # what each of two seeds held: a policy counts until the next one, never on the way to it

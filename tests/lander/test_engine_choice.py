@@ -3,52 +3,55 @@
 import numpy as np
 import pytest
 
-from touchdown import cli
-from touchdown.errors import UserError
-from touchdown.lander import env as lander
+from touchdown.cli import app
+from touchdown.core.errors import UserError
+from touchdown.envs import environment
+from touchdown.lander import engine as engines
 from touchdown.lander.single import LanderEnv
 
 
 @pytest.fixture
 def nothing_chosen(monkeypatch) -> None:
-    monkeypatch.setattr(lander, "_chosen", [])
+    monkeypatch.setattr(engines, "_chosen", [])
 
 
 @pytest.mark.usefixtures("nothing_chosen")
 def test_ours_flies_where_it_was_built():
-    assert lander.engine_in_use() == "exact"
-    assert isinstance(lander.make(engine=lander.engine_in_use()).env.unwrapped, LanderEnv)
+    assert engines.engine_in_use() == "exact"
+    assert isinstance(environment.make_env(engine=engines.engine_in_use()).env.unwrapped, LanderEnv)
 
 
 @pytest.mark.usefixtures("nothing_chosen")
 def test_stock_can_be_asked_for_and_then_flies():
-    lander.use_engine("gymnasium")
-    assert lander.engine_in_use() == "gymnasium"
-    assert not isinstance(lander.make(engine=lander.engine_in_use()).env.unwrapped, LanderEnv)
+    engines.use_engine("gymnasium")
+    assert engines.engine_in_use() == "gymnasium"
+    assert not isinstance(
+        environment.make_env(engine=engines.engine_in_use()).env.unwrapped, LanderEnv
+    )
 
 
 @pytest.mark.usefixtures("nothing_chosen")
 def test_without_ours_stock_flies_and_says_so_once(monkeypatch):
-    monkeypatch.setattr(lander, "_built", False)
+    monkeypatch.setattr(engines, "_built", False)
     with pytest.warns(UserWarning, match="no C.. compiler when touchdown was installed"):
-        assert lander.engine_in_use() == "gymnasium"
-    assert lander.engine_in_use() == "gymnasium"  # a second warning would be an error
+        assert engines.engine_in_use() == "gymnasium"
+    assert engines.engine_in_use() == "gymnasium"  # a second warning would be an error
     with pytest.raises(UserError, match="engine 'exact': was not built"):
-        lander.use_engine("exact")
+        engines.use_engine("exact")
 
 
 @pytest.mark.usefixtures("nothing_chosen")
 def test_other_worlds_are_stock_whatever_flies_the_lander():
-    world = lander.make("CartPole-v1", engine="exact")
+    world = environment.make_env("CartPole-v1", engine="exact")
     assert world.spaces[:2] == (4, 2)
 
 
 @pytest.mark.usefixtures("nothing_chosen")
 def test_an_unknown_engine_is_refused(capsys):
     with pytest.raises(UserError, match="engine 'box2d': must be exact or gymnasium"):
-        lander.use_engine("box2d")  # pyright: ignore[reportArgumentType]
+        engines.use_engine("box2d")  # pyright: ignore[reportArgumentType]
     with pytest.raises(SystemExit) as ended:
-        cli.main(["train", "--engine", "box2d"])
+        app.main(["train", "--engine", "box2d"])
     assert ended.value.code == 2
     assert "Traceback" not in capsys.readouterr().err
 
@@ -56,7 +59,7 @@ def test_an_unknown_engine_is_refused(capsys):
 def test_one_start_is_the_same_flight_on_both():
     flown = []
     for engine in ("exact", "gymnasium"):
-        env = lander.make(engine=engine).env
+        env = environment.make_env(engine=engine).env
         rows = [env.reset(seed=11)[0]]
         rng = np.random.default_rng(0)
         ended = False

@@ -6,8 +6,8 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 import touchdown.lander
-from touchdown.errors import UserError
-from touchdown.lander.engine import simd
+from touchdown.core.errors import UserError
+from touchdown.lander._engine import simd
 from touchdown.lander.single import LanderEnv
 from touchdown.lander.vector import LanderVectorEnv, StepArrays
 

@@ -10,7 +10,7 @@ import pytest
 import sample_page
 from PIL import Image
 
-from touchdown.errors import UserError
+from touchdown.core.errors import UserError
 from touchdown.report.page import (
     ClaimRow,
     Film,

@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 
 from finished_runs import evaluation, write_run
-from touchdown import files
 from touchdown.agents.dqn import make_network
-from touchdown.config import NetworkConfig
-from touchdown.presets import preset
+from touchdown.config.presets import preset
+from touchdown.config.sections import NetworkConfig
+from touchdown.core import files
+from touchdown.core.types import Spaces
+from touchdown.evaluation.evaluation import write_evaluations
+from touchdown.policies import weights as policy_weights
 from touchdown.report import study as reports
-from touchdown.runs import pilots
-from touchdown.runs.evaluation import write_evaluations
 from touchdown.runs.folder import RunFolder
-from touchdown.runs.tune import HAND_PICKED
 from touchdown.studies import paper
 from touchdown.studies.store import open_store
 from touchdown.studies.tuners import Tuned
 from touchdown.studies.work import GAINS
-from touchdown.types import Spaces
+from touchdown.training.pid_tuning import HAND_PICKED
 
 SMALL = replace(preset("pilot"), network=NetworkConfig(hidden_sizes=(4,)))
 PLANTED = {"dqn": 0, "target-dqn": 170, "preferential-dqn": 172, "paper-best": 240}
@@ -44,7 +44,7 @@ def store(tmp_path_factory):
             path = made.runs / planned.digest
             write_run(path, (mean - 20, mean + 20), (mean - 40, mean))
             params = np.random.default_rng(planned.seed).normal(size=network.num_params)
-            pilots.save_weights(RunFolder(path).best, network, params, {}, SMALL)
+            policy_weights.save_weights(RunFolder(path).best, network, params, {}, SMALL)
     for job in paper.pid_jobs("quick"):
         folder = made.runs / job.digest
         folder.mkdir()

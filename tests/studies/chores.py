@@ -6,7 +6,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from touchdown.errors import Interrupted, UserError
+from touchdown.core.errors import Interrupted, UserError
 from touchdown.studies.job import Progress
 
 

@@ -3,16 +3,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.testing import assert_allclose
 
-from touchdown.lander.flight import record_flight
-from touchdown.runs import pilots
+from touchdown.envs.flight import record_flight
+from touchdown.policies import lookup
 from touchdown.studies.alike import Likeness, Likenesses, compare_flights, distance
 
-PID = pilots.load("pid")
+PID = lookup.load("pid")
 
 
 def flight(points):
     """A flight through these places: x and y of observations."""
-    base = record_flight(PID.pilot, PID.env_id, 1_000_000, "pid")
+    base = record_flight(PID.policy, PID.env_id, 1_000_000, "pid")
     observations = np.zeros((len(points), 8), np.float32)
     observations[:, :2] = points
     steps = len(points) - 1
@@ -44,7 +44,7 @@ def test_who_is_down_stays_where_it_is():
 
 
 def test_a_pilot_is_as_far_from_the_pid_as_it_flies():
-    found = compare_flights({0: PID, 1: pilots.load("random")}, [1_000_000, 1_000_001])
+    found = compare_flights({0: PID, 1: lookup.load("random")}, [1_000_000, 1_000_001])
     pid, chance = found.of
     assert pid.to_pid == 0 < pid.to_random
     assert chance.to_random == 0 < chance.to_pid == pid.to_random

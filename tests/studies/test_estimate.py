@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 
 from finished_runs import write_run
-from touchdown.presets import preset
+from touchdown.config.presets import preset
 from touchdown.studies import estimate as estimates
 from touchdown.studies.estimate import Estimate, estimate, kind_of
 from touchdown.studies.store import open_store
@@ -15,7 +15,7 @@ BASE = preset("paper-best")
 
 def job(seed: int = 0, observations: int = 50_000, **sections) -> TrainJob:
     changed = {name: replace(getattr(BASE, name), **values) for name, values in sections.items()}
-    training = replace(BASE.training, max_observations=observations)
+    training = replace(BASE.training, max_env_steps=observations)
     return TrainJob(replace(BASE, seed=seed, training=training, **changed))
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from chores import Chore
 
-from touchdown.errors import Interrupted, UserError
+from touchdown.core.errors import Interrupted, UserError
 from touchdown.studies import store as stores
 from touchdown.studies.executors import LocalExecutor
 from touchdown.studies.runner import run_jobs

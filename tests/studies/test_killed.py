@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from safetensors.numpy import load_file
 
-from touchdown import files
+from touchdown.core import files
 
 STUDY = """
 base = "paper-best"
@@ -21,7 +21,7 @@ backend = "fused"
 hidden_sizes = [32]
 [config.training]
 episodes = 100000
-max_observations = 30000
+max_env_steps = 30000
 checkpoint_seconds = 0.1
 validation_period = 5000
 validation_episodes = 5

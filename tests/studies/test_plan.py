@@ -1,7 +1,7 @@
 import pytest
 
-from touchdown.errors import UserError
-from touchdown.presets import preset
+from touchdown.config.presets import preset
+from touchdown.core.errors import UserError
 from touchdown.studies.plan import MOST_SEEDS, Factor, Level, Study, from_toml, levels_of
 
 GAMMAS = Factor("γ", levels_of("learning.gamma", [0.9, 0.99]))
@@ -57,7 +57,7 @@ def test_a_study_in_a_file(tmp_path):
             base = "vector-dqn"
             seeds = 4
             [config.training]
-            max_observations = 1000
+            max_env_steps = 1000
             [[factor]]
             name = "target"
             [[factor.level]]
@@ -73,7 +73,7 @@ def test_a_study_in_a_file(tmp_path):
     )
     assert (study.name, study.seeds) == ("mine", 4)
     plain, double = study.cells()
-    assert plain.config.training.max_observations == 1000
+    assert plain.config.training.max_env_steps == 1000
     assert plain.config.network == preset("vector-dqn").network
     assert (plain.config.learning.double, double.config.learning.double) == (False, True)
     assert double.labels == ("double", "0.9")

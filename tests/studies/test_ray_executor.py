@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from chores import Chore
 
-from touchdown.errors import UserError
+from touchdown.core.errors import UserError
 from touchdown.studies import store as stores
 from touchdown.studies.executors import LocalExecutor
 from touchdown.studies.plan import Factor, Study, levels_of
@@ -48,7 +48,7 @@ def tiny() -> Study:
         seeds=2,
         changes={
             "training": {
-                "max_observations": 6_000,
+                "max_env_steps": 6_000,
                 "validation_period": 2_000,
                 "validation_episodes": 3,
                 "final_validation_episodes": 3,

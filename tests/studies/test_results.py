@@ -4,9 +4,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from finished_runs import evaluation, lines, write_run
-from touchdown import files
-from touchdown.errors import UserError
-from touchdown.runs.evaluation import write_evaluations
+from touchdown.core import files
+from touchdown.core.errors import UserError
+from touchdown.evaluation.evaluation import write_evaluations
 from touchdown.studies.plan import Factor, Study, levels_of
 from touchdown.studies.results import read_pid, read_run, read_study
 from touchdown.studies.store import open_store

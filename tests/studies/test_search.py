@@ -4,9 +4,9 @@ import pytest
 
 optuna = pytest.importorskip("optuna")
 
-from touchdown.config import Config  # noqa: E402
-from touchdown.errors import Interrupted, UserError  # noqa: E402
-from touchdown.presets import preset  # noqa: E402
+from touchdown.config.config import Config  # noqa: E402
+from touchdown.config.presets import preset  # noqa: E402
+from touchdown.core.errors import Interrupted, UserError  # noqa: E402
 from touchdown.studies import search  # noqa: E402
 from touchdown.studies.executors import Event  # noqa: E402
 from touchdown.studies.search import FIRST_SEED, Choice, Range  # noqa: E402

@@ -2,7 +2,7 @@ import json
 
 import pytest
 
-from touchdown.errors import UserError
+from touchdown.core.errors import UserError
 from touchdown.studies import store as stores
 from touchdown.studies.store import Begun, open_store
 

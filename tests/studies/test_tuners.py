@@ -1,9 +1,9 @@
 import pytest
 
-from touchdown.errors import UserError
-from touchdown.runs.pilots import read_pid
-from touchdown.runs.tune import HAND_PICKED
+from touchdown.core.errors import UserError
+from touchdown.policies.baselines import read_pid
 from touchdown.studies.tuners import TUNERS, Tuning, tune
+from touchdown.training.pid_tuning import HAND_PICKED
 
 
 @pytest.mark.parametrize("tuner", TUNERS)

@@ -1,1 +1,1 @@
-"""What the agent learns."""
+"""What learns: TD errors, networks, exploration, and the agents made of them."""

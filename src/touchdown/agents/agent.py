@@ -5,7 +5,7 @@ from typing import Any, Protocol
 
 from numpy.typing import NDArray
 
-from touchdown.types import FloatArray, IntArray, Pilot, Steps
+from touchdown.core.types import FloatArray, IntArray, Policy, StepResult
 
 Tensors = dict[str, NDArray[Any]]
 
@@ -25,8 +25,8 @@ class Model(Protocol):
         """
         ...
 
-    def pilot(self, params: FloatArray) -> Pilot:
-        """A greedy pilot."""
+    def policy(self, params: FloatArray) -> Policy:
+        """A greedy policy."""
         ...
 
     def describe(self) -> dict[str, Any]:
@@ -60,7 +60,7 @@ class Agent(Protocol):
         ...
 
     def observe(
-        self, o_tm1: FloatArray, a_tm1: IntArray, steps: Steps, following: FloatArray
+        self, o_tm1: FloatArray, a_tm1: IntArray, steps: StepResult, following: FloatArray
     ) -> dict[str, float] | None:
         """One step of all worlds.
 
@@ -76,7 +76,9 @@ class Agent(Protocol):
         """
         ...
 
-    def recall(self, slot: int, o_tm1: FloatArray, a_tm1: int, r_t: float, o_t: FloatArray) -> None:
+    def recall(
+        self, index: int, o_tm1: FloatArray, a_tm1: int, r_t: float, o_t: FloatArray
+    ) -> None:
         """Go once more through a step of one world that was observed before a checkpoint.
 
         It ends no episode, and whatever it taught is known already.

@@ -9,10 +9,11 @@ import numpy as np
 from jaxtyping import Float, PRNGKeyArray
 
 from touchdown.agents.agent import Tensors
+from touchdown.agents.batch import Params
 from touchdown.agents.exploration import EpsilonGreedy
-from touchdown.agents.fused import network as fused
-from touchdown.agents.fused.network import FusedNetwork
-from touchdown.agents.learner import (
+from touchdown.agents.learners import fused
+from touchdown.agents.learners.fused import FusedNetwork
+from touchdown.agents.learners.jax import (
     Batch,
     LearnerState,
     Metrics,
@@ -25,11 +26,12 @@ from touchdown.agents.learner import (
     tensors_of,
 )
 from touchdown.agents.networks import QNetwork
-from touchdown.config import Backend, Config, NetworkConfig, ReplayConfig
-from touchdown.memory.n_step import NStep
-from touchdown.memory.replay import Proportional, Replay
-from touchdown.seeding import Streams
-from touchdown.types import FloatArray, IntArray, Params, Spaces, Steps
+from touchdown.config.config import Config
+from touchdown.config.sections import Backend, NetworkConfig, ReplayConfig
+from touchdown.core.seeding import Streams
+from touchdown.core.types import FloatArray, IntArray, Spaces, StepResult
+from touchdown.replay.n_step import NStep
+from touchdown.replay.replay import Proportional, Replay
 
 # What noise is for. Large, as JAX folds a small number in as it splits that part off, and the
 # first weights' keys are split off the same seed.
@@ -199,7 +201,7 @@ class DQNAgent:
         return np.asarray(q)
 
     def observe(
-        self, o_tm1: FloatArray, a_tm1: IntArray, steps: Steps, following: FloatArray
+        self, o_tm1: FloatArray, a_tm1: IntArray, steps: StepResult, following: FloatArray
     ) -> dict[str, float] | None:
         """Remember transitions and learn from minibatches (Algorithm 2, lines 6-12).
 
@@ -221,19 +223,19 @@ class DQNAgent:
         self._explorer.observed(self.observations)
         return metrics
 
-    def _remember(self, o_tm1: FloatArray, a_tm1: IntArray, steps: Steps) -> None:
+    def _remember(self, o_tm1: FloatArray, a_tm1: IntArray, steps: StepResult) -> None:
         actions, rewards = a_tm1.tolist(), steps.rewards.tolist()
         terminated, truncated = steps.terminated.tolist(), steps.truncated.tolist()
-        for slot, n_step in enumerate(self._n_steps):
-            o_t = steps.observations[slot]
+        for index, n_step in enumerate(self._n_steps):
+            o_t = steps.observations[index]
             # truncation still bootstraps
             whole = n_step.push(
-                o_tm1[slot], actions[slot], rewards[slot], o_t, terminated=terminated[slot]
+                o_tm1[index], actions[index], rewards[index], o_t, terminated=terminated[index]
             )
-            if truncated[slot] and not terminated[slot]:
+            if truncated[index] and not terminated[index]:
                 whole += n_step.cut(self._after(o_t))
-            for experience in whole:
-                self.memory.add(experience)
+            for transition in whole:
+                self.memory.add(transition)
 
     def _after(self, observation: FloatArray) -> int:
         """The action that would come after a flight was cut off, for a target that asks for it."""
@@ -269,12 +271,14 @@ class DQNAgent:
             "terminal_share": shares.terminal,
         }
 
-    def recall(self, slot: int, o_tm1: FloatArray, a_tm1: int, r_t: float, o_t: FloatArray) -> None:
+    def recall(
+        self, index: int, o_tm1: FloatArray, a_tm1: int, r_t: float, o_t: FloatArray
+    ) -> None:
         """Go once more through a step that was observed before a checkpoint.
 
         Whatever transitions are whole by it are in the memory already.
         """
-        self._n_steps[slot].push(o_tm1, a_tm1, r_t, o_t, terminated=False)
+        self._n_steps[index].push(o_tm1, a_tm1, r_t, o_t, terminated=False)
 
     def params(self) -> FloatArray:
         """The online network's parameters, [P]: a copy, for learning goes on."""

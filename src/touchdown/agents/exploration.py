@@ -6,8 +6,8 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from touchdown.config import ExplorationConfig
-from touchdown.types import FloatArray, IntArray
+from touchdown.config.sections import ExplorationConfig
+from touchdown.core.types import FloatArray, IntArray
 
 Schedule = Callable[[int], float]
 """ε as a function of time: of observations or of episodes, as each schedule says."""

@@ -14,10 +14,11 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Float, PRNGKeyArray
 from numpy.typing import NDArray
 
-from touchdown.config import NetworkConfig
-from touchdown.types import FloatArray, IntArray, Params
+from touchdown.agents.batch import Params
+from touchdown.config.sections import NetworkConfig
+from touchdown.core.types import FloatArray, IntArray
 
-_ROWS = 32  # observations in one call of a greedy pilot
+_ROWS = 32  # observations in one call of a greedy policy
 _KINDS = ("weight", "bias")
 _NOISY_KINDS = (*_KINDS, "weight_sigma", "bias_sigma")
 _ACTIVATIONS = {"relu": jax.nn.relu, "tanh": jax.nn.tanh, "silu": jax.nn.silu}
@@ -190,9 +191,9 @@ class QNetwork:
 
         return in_blocks(values_of, observations)
 
-    def pilot(self, params: FloatArray) -> "GreedyPilot":
+    def policy(self, params: FloatArray) -> "GreedyPolicy":
         """Flies these parameters [P] without exploring."""
-        return GreedyPilot(self, params)
+        return GreedyPolicy(self, params)
 
     def describe(self) -> dict[str, Any]:
         """The network's config, by the key that a file of weights has it under."""
@@ -242,7 +243,7 @@ def _named(name: str, layer: object) -> list[str]:
     return [f"{name}.{kind}" for kind in kinds]
 
 
-class GreedyPilot:
+class GreedyPolicy:
     """Flies a trained network without exploring.
 
     Args:

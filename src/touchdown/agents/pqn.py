@@ -17,18 +17,12 @@ from touchdown.agents import td
 from touchdown.agents.agent import Tensors
 from touchdown.agents.dqn import make_network, make_state
 from touchdown.agents.exploration import EpsilonGreedy
-from touchdown.agents.fused import network as fused
-from touchdown.agents.fused.network import FusedNetwork
-from touchdown.agents.learner import (
-    LearnerState,
-    Metrics,
-    make_fit,
-    state_from,
-    tensors_of,
-)
-from touchdown.config import Config
-from touchdown.seeding import Streams
-from touchdown.types import FloatArray, IntArray, Spaces, Steps
+from touchdown.agents.learners import fused
+from touchdown.agents.learners.fused import FusedNetwork
+from touchdown.agents.learners.jax import LearnerState, Metrics, make_fit, state_from, tensors_of
+from touchdown.config.config import Config
+from touchdown.core.seeding import Streams
+from touchdown.core.types import FloatArray, IntArray, Spaces, StepResult
 
 
 class Rollout(NamedTuple):
@@ -158,7 +152,7 @@ class PQNAgent:
         return np.asarray(q)
 
     def observe(
-        self, o_tm1: FloatArray, a_tm1: IntArray, steps: Steps, following: FloatArray
+        self, o_tm1: FloatArray, a_tm1: IntArray, steps: StepResult, following: FloatArray
     ) -> dict[str, float] | None:
         """Keep one step, and learn where it makes the rollout whole.
 
@@ -195,7 +189,9 @@ class PQNAgent:
             return None
         return metrics.to_floats(self._config.learning.reward_scale)
 
-    def recall(self, slot: int, o_tm1: FloatArray, a_tm1: int, r_t: float, o_t: FloatArray) -> None:
+    def recall(
+        self, index: int, o_tm1: FloatArray, a_tm1: int, r_t: float, o_t: FloatArray
+    ) -> None:
         """Go once more through a step before a checkpoint: the rollout is in the checkpoint."""
 
     def params(self) -> FloatArray:

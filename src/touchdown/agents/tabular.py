@@ -1,238 +1,300 @@
-"""Q as a table: value iteration on a known model, TD targets for learning without one.
+"""Q-learning with a table: Algorithm 1, SARSA beside it, and a plan where the model is known."""
 
-Shapes: S states, A actions, B transitions, N observations of D numbers. As in `td`, γ is inside
-`discount_t`, which is 0 where the world ended; a truncated step keeps its discount.
-"""
-
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from math import isfinite, prod
-from typing import NamedTuple, Protocol
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from touchdown.types import FloatArray, IntArray
+from touchdown.agents import exploration, tabular_math
+from touchdown.agents.agent import Tensors
+from touchdown.agents.exploration import EpsilonGreedy
+from touchdown.agents.tabular_math import Grid, Model, OneHot, States
+from touchdown.config.config import Config
+from touchdown.config.sections import TableConfig
+from touchdown.core.errors import UserError, one_line
+from touchdown.core.seeding import Streams
+from touchdown.core.types import FloatArray, IntArray, Spaces, StepResult
 
-Transitions = Mapping[int, Mapping[int, Sequence[tuple[float, int, float, bool]]]]
-"""What may follow a state and an action: (probability, next state, reward, terminated)."""
-
-Values = float | FloatArray
-"""One number, or one for each transition of a batch."""
-
-
-class Model(NamedTuple):
-    """A world whose probabilities are known."""
-
-    reward: FloatArray
-    """Expected reward: [S, A]."""
-    continues: FloatArray
-    """Probability that the next state follows and the world has not ended: [S, A, S].
-
-    A row that sums to less than 1 ends the world with the rest, so that only termination stops
-    bootstrapping and a terminal state's own row is never read.
-    """
+_NO_BOUND = 1e30  # some worlds say float32's greatest number where they have no bound
 
 
-def read_model(transitions: Transitions) -> Model:
-    """The model in a Gymnasium toy text world's table, `env.unwrapped.P`.
+def states_of(config: TableConfig, spaces: Spaces) -> States:
+    """How observations of a world become states.
 
     Raises:
-        ValueError: states or actions are not numbered from 0, or probabilities do not sum to 1.
+        UserError: `bins` do not fit the world.
     """
-    num_states = len(transitions)
-    if num_states == 0 or sorted(transitions) != list(range(num_states)):
-        raise ValueError(f"states must be numbered from 0 without gaps, got {num_states} of them")
-    num_actions = len(transitions[0])
-    reward = np.zeros((num_states, num_actions))
-    continues = np.zeros((num_states, num_actions, num_states))
-    for state, actions in transitions.items():
-        if num_actions == 0 or sorted(actions) != list(range(num_actions)):
-            raise ValueError(f"state {state}: actions must be 0 to A - 1, got {list(actions)}")
-        for action, outcomes in actions.items():
-            total = 0.0
-            for probability, next_state, r_t, terminated in outcomes:
-                if probability < 0 or not 0 <= next_state < num_states:
-                    raise ValueError(f"state {state}, action {action}: {probability}, {next_state}")
-                total += probability
-                reward[state, action] += probability * r_t
-                # summed: at a wall of the slippery lake two slips lead to the same state
-                continues[state, action, next_state] += probability * (not terminated)
-            if not np.isclose(total, 1.0):
-                raise ValueError(f"state {state}, action {action}: probabilities sum to {total}")
-    return Model(reward, continues)
+    if spaces.num_states is not None:
+        if config.bins:
+            raise UserError(
+                f"bins = {config.bins!r}: must stay () in a world of {spaces.num_states} states, "
+                "which are not cut any more"
+            )
+        return OneHot(spaces.num_states)
+    size = spaces.observation_size
+    if len(config.bins) != size:
+        raise UserError(
+            f"bins = {config.bins!r}: must be {size} numbers, into how many parts a table cuts "
+            f"each of the observation's dimensions, such as --bins {' '.join(['4'] * size)}"
+        )
+    for name in ("low", "high"):
+        bounds = getattr(config, f"bins_{name}") or getattr(spaces, name)
+        if not all(abs(bound) < _NO_BOUND for bound in bounds):
+            raise UserError(
+                f"bins_{name} = (): must be {size} numbers, as this world's own bounds are not "
+                f"all finite: {', '.join(f'{bound:.4g}' for bound in bounds)}"
+            )
+    try:
+        return Grid(config.bins, config.bins_low or spaces.low, config.bins_high or spaces.high)
+    except ValueError as error:
+        raise UserError(f"bins = {config.bins!r}: {one_line(error)}") from None
 
 
-def sweep(q: FloatArray, model: Model, gamma: float) -> FloatArray:
-    """Q′(s,a) = r(s,a) + γ·Σ p(s′|s,a)·maxₐ′ Q(s′,a′)   (Bellman, 1957; the paper's Eq. 1).
-
-    Args:
-        q: Q(s,a): [S, A].
-        model: of the world.
-        gamma: γ.
-
-    Returns:
-        Q′, all states and actions backed up at once: [S, A].
-    """
-    return model.reward + gamma * (model.continues @ q.max(axis=1))
-
-
-def value_iteration(
-    model: Model, gamma: float, tolerance: float = 1e-10, max_sweeps: int = 100_000
-) -> FloatArray:
-    """Q*, the fixed point of `sweep`, from Q = 0   (Bellman, 1957).
-
-    Args:
-        model: of the world.
-        gamma: γ; 1 has a fixed point only where every best path ends.
-        tolerance: largest change of the last sweep; Q* is within γ / (1 − γ) times it.
-        max_sweeps: sweeps after which it gives up.
-
-    Returns:
-        Q*: [S, A].
+def plan_of(config: Config, spaces: Spaces) -> Model | None:
+    """The world's own model where value iteration plans with it, None for learning from steps.
 
     Raises:
-        ValueError: γ is not in [0, 1], or the sweeps did not settle.
+        UserError: the model is not known.
     """
-    if not 0 <= gamma <= 1:
-        raise ValueError(f"gamma must be in [0, 1], got {gamma}")
-    q = np.zeros_like(model.reward)
-    for _ in range(max_sweeps):
-        before, q = q, sweep(q, model, gamma)
-        if np.abs(q - before).max() <= tolerance:
-            return q
-    raise ValueError(f"no fixed point within {max_sweeps} sweeps at gamma {gamma}")
+    if config.algorithm != "value-iteration":
+        return None
+    if spaces.transitions is None:
+        raise UserError(
+            f"env_id {config.env_id!r}: its model is not known; value iteration needs "
+            "one, as FrozenLake-v1, CliffWalking-v1 and Taxi-v4 have"
+        )
+    try:
+        return tabular_math.read_model(spaces.transitions)
+    except ValueError as error:
+        raise UserError(
+            f"env_id {config.env_id!r}: its model cannot be read: {one_line(error)}"
+        ) from None
 
 
-def q_learning_target(r_t: Values, discount_t: Values, q_t: FloatArray) -> Values:
-    """Y = r + γ·maxₐ Q(s′,a)   (Watkins, 1989).
+class QTable:
+    """A table of action values; its flat parameters are its rows one after the other, [S·A].
 
     Args:
-        r_t: reward, or [B].
-        discount_t: γ, or 0 where the world ended; or [B].
-        q_t: Q(s′,·): [A], or [B, A].
-    """
-    return r_t + discount_t * q_t.max(axis=-1)
-
-
-def sarsa_target(r_t: Values, discount_t: Values, q_t: FloatArray, a_t: int | IntArray) -> Values:
-    """Y = r + γ·Q(s′,a′), a′ the action that is taken next   (Rummery & Niranjan, 1994).
-
-    Args:
-        r_t: reward, or [B].
-        discount_t: γ, or 0 where the world ended; or [B].
-        q_t: Q(s′,·): [A], or [B, A].
-        a_t: a′, or [B]; any action where the world ended.
-    """
-    column = np.expand_dims(a_t, -1)
-    return r_t + discount_t * np.take_along_axis(q_t, column, axis=-1)[..., 0]
-
-
-def expected_sarsa_target(
-    r_t: Values, discount_t: Values, q_t: FloatArray, epsilon: Values
-) -> Values:
-    """Y = r + γ·Σₐ π(a|s′)·Q(s′,a), π ε-greedy   (van Seijen et al., 2009).
-
-    A random action is drawn from all A, the greedy one among them: π = ε / A, and 1 − ε more for
-    the greedy action, the first of the best as argmax takes it. (Which of them it is changes π but
-    not this sum: they are worth the same.)
-
-    Args:
-        r_t: reward, or [B].
-        discount_t: γ, or 0 where the world ended; or [B].
-        q_t: Q(s′,·): [A], or [B, A].
-        epsilon: ε, or [B].
-    """
-    expected = (1 - epsilon) * q_t.max(axis=-1) + epsilon * q_t.mean(axis=-1)
-    return r_t + discount_t * expected
-
-
-class States(Protocol):
-    """Whatever numbers the states that observations show, so that a table has a row for each."""
-
-    @property
-    def num_states(self) -> int:
-        """S, rows of the table."""
-        ...
-
-    def states(self, observations: FloatArray) -> IntArray:
-        """The state of each observation, from 0 to S − 1: [N, D] to [N]."""
-        ...
-
-
-@dataclass(frozen=True, slots=True)
-class OneHot:
-    """States of a Discrete world, which Gymnasium flattens to a 1 among zeros.
-
-    Raises:
-        ValueError: there is no state.
+        states: numbers an observation's state.
+        num_actions: A.
+        config: how the states came about.
     """
 
-    num_states: int
+    def __init__(self, states: States, num_actions: int, config: TableConfig) -> None:
+        self.states = states
+        self.shape = states.num_states, num_actions
+        self._config = config
 
-    def __post_init__(self) -> None:
-        if self.num_states < 1:
-            raise ValueError(f"need 1 state or more, got {self.num_states}")
+    def layers(self, params: FloatArray) -> dict[str, FloatArray]:
+        """The table under the name `q`, [S, A]."""
+        return {"q": params.reshape(self.shape)}
 
-    def states(self, observations: FloatArray) -> IntArray:
-        """Where the 1 is: [N, S] to [N].
+    def params_of(self, layers: Mapping[str, NDArray[Any]]) -> FloatArray:
+        """Flat parameters from what `layers` gave.
 
         Raises:
-            ValueError: an observation is not one-hot, or not of S numbers.
+            ValueError: it is no table, or one of another shape or type.
         """
-        observations = _rows(observations, self.num_states)
-        states = observations.argmax(axis=1)
-        ones = observations[np.arange(len(states)), states] == 1
-        if not (ones.all() and np.count_nonzero(observations) == len(states)):
-            raise ValueError("observations must be one-hot: a single 1 among zeros")
-        return states
+        if list(layers) != ["q"]:
+            raise ValueError(f"it holds {sorted(layers)}, a table has q")
+        q = layers["q"]
+        if q.shape != self.shape or q.dtype != np.float64:
+            raise ValueError(f"q is {q.dtype}{q.shape}, must be float64{self.shape}")
+        return q.ravel()
+
+    def policy(self, params: FloatArray) -> "TablePolicy":
+        """Flies the best action of each state."""
+        return TablePolicy(self.states, params.reshape(self.shape))
+
+    def describe(self) -> dict[str, Any]:
+        """The table's config, by the key that a file of weights has it under."""
+        config = self._config
+        return {
+            "table": {
+                "bins": config.bins,
+                "bins_low": config.bins_low,
+                "bins_high": config.bins_high,
+            }
+        }
 
 
-@dataclass(frozen=True, slots=True)
-class Grid:
-    """States of a Box world: uniform bins between `low` and `high` in each dimension.
+class TablePolicy:
+    """Takes the best action of a table, the first of equals.
 
-    The last dimension varies fastest. What lies outside goes to the bins at the ends.
-
-    Raises:
-        ValueError: lengths differ, there is no bin, or a `low` is not below its `high`.
+    Args:
+        states: numbers an observation's state.
+        q: [S, A].
     """
 
-    bins: tuple[int, ...]  # in each dimension
-    low: tuple[float, ...]  # in the observation's units
-    high: tuple[float, ...]  # in the observation's units
+    def __init__(self, states: States, q: FloatArray) -> None:
+        self._states = states
+        self.q = q
 
-    def __post_init__(self) -> None:
-        if not len(self.bins) == len(self.low) == len(self.high) > 0:
-            raise ValueError(f"bins, low and high must be of one length, 1 or more, got {self}")
-        if min(self.bins) < 1:
-            raise ValueError(f"need 1 bin or more in each dimension, got {self.bins}")
-        for low, high in zip(self.low, self.high, strict=True):
-            if not (low < high and isfinite(high - low)):
-                raise ValueError(f"need a finite low below a finite high, got {low} and {high}")
+    def act(self, observations: FloatArray) -> IntArray:
+        """The best action of each observation: [N, D] to [N]."""
+        return self.values(observations).argmax(axis=1)
+
+    def values(self, observations: FloatArray) -> FloatArray:
+        """Q(s,·) of each observation: [N, D] to [N, A]."""
+        return self.q[self._states.states(observations)]
+
+
+class TabularAgent:
+    """Learns a table from each step, or plans it from the model.
+
+    Args:
+        config: all settings; its algorithm is `tabular` or `value-iteration`.
+        spaces: the world's sizes, and its model for value iteration.
+        streams: the run's generators.
+
+    Raises:
+        UserError: the config does not fit the world.
+    """
+
+    def __init__(self, config: Config, spaces: Spaces, streams: Streams) -> None:
+        self._config = config
+        self._plan = plan_of(config, spaces)
+        self._states = states_of(config.table, spaces)
+        self.model = QTable(self._states, spaces.num_actions, config.table)
+        self.q = np.full(self.model.shape, config.table.initial_value)
+        self.observations = 0
+        self.updates = 0
+        self._explorer = EpsilonGreedy(config.exploration, spaces.num_actions, streams.exploration)
+        # SARSA's step of each world that waits for the next action: s, a, r, s′
+        self._waiting: list[tuple[int, int, float, int] | None] = [None] * config.training.num_envs
 
     @property
-    def num_states(self) -> int:
-        """S, cells of the grid."""
-        return prod(self.bins)
+    def epsilon(self) -> float:
+        """Probability of a random action."""
+        return self._explorer.epsilon
 
-    def states(self, observations: FloatArray) -> IntArray:
-        """The cell that each observation lies in: [N, D] to [N].
+    def begin_episode(self, ended: int) -> None:
+        """Set ε, where its schedule counts episodes."""
+        self._explorer.begin_episode(ended, self.observations)
+
+    def act(self, observations: FloatArray) -> IntArray:
+        """ε-greedy actions: [N, D] to [N]."""
+        states = self._states.states(observations)
+        return self._explorer.act(len(states), lambda: self.q[states])
+
+    def observe(
+        self, o_tm1: FloatArray, a_tm1: IntArray, steps: StepResult, following: FloatArray
+    ) -> dict[str, float] | None:
+        """Learn from one step of each world (Algorithm 1), or sweep over the model once.
+
+        Returns:
+            Metrics whenever another `metrics_period` updates are done: the last update's squared
+            TD error (of a sweep its largest), and the mean and the greatest of the best values.
+        """
+        del following
+        before, self.observations = self.observations, self.observations + len(a_tm1)
+        updates = self.updates
+        if self._plan is not None:
+            period = self._config.learning.update_period
+            loss = 0.0
+            for _ in range(self.observations // period - before // period):
+                loss = self._sweep()
+        else:
+            loss = self._learn_from(o_tm1, a_tm1, steps)
+        self._explorer.observed(self.observations)
+        period = self._config.training.metrics_period
+        if self.updates // period == updates // period:
+            return None
+        best = self.q.max(axis=1)
+        return {"loss": loss, "mean_q": float(best.mean()), "max_q": float(best.max())}
+
+    def _sweep(self) -> float:
+        assert self._plan is not None  # noqa: S101 - asked by the caller
+        before, self.q = self.q, tabular_math.sweep(self.q, self._plan, self._config.learning.gamma)
+        self.updates += 1
+        return float(np.square(self.q - before).max())
+
+    def _learn_from(self, o_tm1: FloatArray, a_tm1: IntArray, steps: StepResult) -> float:
+        states = self._states.states(o_tm1).tolist()
+        next_states = self._states.states(steps.observations).tolist()
+        actions, rewards = a_tm1.tolist(), steps.rewards.tolist()
+        terminated, ended = steps.terminated.tolist(), steps.ended.tolist()
+        waits = self._config.learning.target == "sarsa"
+        loss = 0.0
+        for index, step in enumerate(zip(states, actions, rewards, next_states, strict=True)):
+            earlier = self._waiting[index]
+            if earlier is not None:
+                loss = self._update(*earlier, a_t=actions[index])
+            self._waiting[index] = step if waits and not ended[index] else None
+            if terminated[index]:
+                loss = self._update(*step, terminated=True)
+            elif not waits:
+                loss = self._update(*step)
+            elif ended[index]:  # cut off: the action that would have come
+                after = int(self.act(steps.observations[index][None])[0])
+                loss = self._update(*step, a_t=after)
+        return loss
+
+    def _update(
+        self,
+        s_tm1: int,
+        a_tm1: int,
+        r_t: float,
+        s_t: int,
+        *,
+        a_t: int = 0,
+        terminated: bool = False,
+    ) -> float:
+        """Q(s,a) ← Q(s,a) + α·(Y − Q(s,a)); gives (Y − Q(s,a))²."""
+        learning = self._config.learning
+        discount, q_t = (0.0 if terminated else learning.gamma), self.q[s_t]
+        match learning.target:
+            case "q-learning":
+                target = tabular_math.q_learning_target(r_t, discount, q_t)
+            case "sarsa":
+                target = tabular_math.sarsa_target(r_t, discount, q_t, a_t)
+            case "expected-sarsa":
+                target = tabular_math.expected_sarsa_target(r_t, discount, q_t, self.epsilon)
+        td_error = float(target - self.q[s_tm1, a_tm1])
+        self.q[s_tm1, a_tm1] += self._step_size() * td_error
+        self.updates += 1
+        return td_error * td_error
+
+    def _step_size(self) -> float:
+        learning = self._config.learning
+        if not learning.learning_rate_duration:
+            return learning.learning_rate
+        start, end = learning.learning_rate, learning.learning_rate_end
+        return exploration.linear(start, end, learning.learning_rate_duration)(self.updates)
+
+    def recall(
+        self, index: int, o_tm1: FloatArray, a_tm1: int, r_t: float, o_t: FloatArray
+    ) -> None:
+        """Go once more through a step that was observed before a checkpoint."""
+        if self._config.learning.target == "sarsa":
+            s_tm1, s_t = self._states.states(np.stack((o_tm1, o_t))).tolist()
+            self._waiting[index] = s_tm1, a_tm1, r_t, s_t
+
+    def params(self) -> FloatArray:
+        """The table, [S·A]: a copy."""
+        return self.q.ravel().copy()
+
+    def tensors(self) -> dict[str, Tensors]:
+        """The table."""
+        return {"learner": {"q": self.q}}
+
+    def facts(self) -> dict[str, Any]:
+        """Counts and ε."""
+        return {
+            "observations": self.observations,
+            "updates": self.updates,
+            "epsilon": self.epsilon,
+        }
+
+    def restore(self, tensors: Mapping[str, Tensors], facts: Mapping[str, Any]) -> None:
+        """Go on from a checkpoint.
 
         Raises:
-            ValueError: an observation is not of D numbers, or has one that is not a number.
+            KeyError: something is missing.
+            TypeError: something is of another kind.
+            ValueError: something does not fit.
         """
-        observations = _rows(observations, len(self.bins))
-        if np.isnan(observations).any():
-            raise ValueError("observations must be numbers, got NaN")
-        low, high, bins = np.array(self.low), np.array(self.high), np.array(self.bins)
-        # clipped before it is scaled, so that infinity is an end and nothing overflows
-        share = (np.clip(observations, low, high) - low) / (high - low)
-        cells = np.minimum((share * bins).astype(np.intp), bins - 1)  # `high` is in the last bin
-        return np.asarray(np.ravel_multi_index(tuple(cells.T), self.bins))
-
-
-def _rows(observations: FloatArray, size: int) -> FloatArray:
-    """Observations, once they are seen to be [N, `size`]."""
-    if observations.ndim != 2 or observations.shape[1] != size:
-        raise ValueError(f"observations must be [N, {size}], got {list(observations.shape)}")
-    return observations
+        self.q = self.model.params_of(tensors["learner"]).reshape(self.model.shape).copy()
+        self.observations, self.updates = facts["observations"], facts["updates"]
+        self._explorer.epsilon = float(facts["epsilon"])

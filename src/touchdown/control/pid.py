@@ -5,8 +5,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from touchdown.config import settle
-from touchdown.types import FloatArray, IntArray
+from touchdown.config.checks import settle
+from touchdown.core.types import FloatArray, IntArray
 
 # the lander's actions and the places in its observation, as gymnasium numbers them
 _IDLE, _LEFT, _MAIN, _RIGHT = range(4)
@@ -76,7 +76,7 @@ def choose_actions(config: PIDConfig, values: ControlValues) -> IntArray:
     return np.select([main, right, left], [_MAIN, _RIGHT, _LEFT], _IDLE)
 
 
-class PIDPilot:
+class PIDPolicy:
     """Flies the lander by Eq. 10.
 
     Args:

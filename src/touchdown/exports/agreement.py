@@ -1,4 +1,4 @@
-"""Whether an exported model does what the pilot does, on observations that flights come by."""
+"""Whether an exported model does what the policy does, on observations that flights come by."""
 
 from dataclasses import dataclass
 from itertools import count
@@ -6,19 +6,20 @@ from itertools import count
 import numpy as np
 from numpy.typing import NDArray
 
-from touchdown.errors import UserError
-from touchdown.foreign.onnx_pilot import OnnxModel
-from touchdown.lander import env as lander
-from touchdown.lander.slots import make_slots
-from touchdown.seeding import TRAINING_STARTS
-from touchdown.types import ValuePilot
+from touchdown.core.errors import UserError
+from touchdown.core.seeding import TRAINING_STARTS
+from touchdown.core.types import ValuePolicy
+from touchdown.envs import environment
+from touchdown.envs.pool import make_pool
+from touchdown.lander import engine as engines
+from touchdown.policies.foreign.onnx import OnnxModel
 
 OBSERVATIONS = 10_000
 ROUNDING = 1e-5
 """What sums in another order may differ by, as a share of the largest |Q|: some 100 steps of
 float32, ten times what the networks of the presets were seen to differ by."""
 _WORLDS = 16  # side by side: few enough that all come to their flights' ends
-_RANDOM_SHARE = 0.25  # of actions, so that places are seen that the pilot alone avoids
+_RANDOM_SHARE = 0.25  # of actions, so that places are seen that the policy alone avoids
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,11 +47,11 @@ class Agreement:
         )
 
 
-def seen_in_flight(pilot: ValuePilot, env_id: str, seed: int = 0) -> NDArray[np.float32]:
+def seen_in_flight(policy: ValuePolicy, env_id: str, seed: int = 0) -> NDArray[np.float32]:
     """Observations of the sort that occurs, from training starts.
 
     Args:
-        pilot: chooses three actions of four; the fourth is random.
+        policy: chooses three actions of four; the fourth is random.
         env_id: the world.
         seed: of the random actions.
 
@@ -60,55 +61,56 @@ def seen_in_flight(pilot: ValuePilot, env_id: str, seed: int = 0) -> NDArray[np.
     Raises:
         UserError: there is no such world.
     """
-    world = lander.make(env_id)
-    world.env.close()
+    spaces = environment.spaces_of(env_id)
     rng, starts = np.random.default_rng(seed), count(TRAINING_STARTS.start)
-    slots = make_slots(env_id, _WORLDS, lander.engine_in_use())
+    indices = make_pool(env_id, _WORLDS, engines.engine_in_use())
     try:
-        now = np.stack([slots.reset(slot, next(starts)) for slot in range(_WORLDS)])
+        now = np.stack([indices.reset(index, next(starts)) for index in range(_WORLDS)])
         seen: list[NDArray[np.float32]] = []
         while len(seen) * _WORLDS < OBSERVATIONS:
             seen.append(now.astype(np.float32))
-            greedy = pilot.act(seen[-1])
-            chance = rng.integers(world.spaces.num_actions, size=_WORLDS)
+            greedy = policy.act(seen[-1])
+            chance = rng.integers(spaces.num_actions, size=_WORLDS)
             actions = np.where(rng.random(_WORLDS) < _RANDOM_SHARE, chance, greedy)
-            steps = slots.step(np.arange(_WORLDS), actions)
+            steps = indices.step(np.arange(_WORLDS), actions)
             now = steps.observations.copy()
-            for slot in np.flatnonzero(steps.ended).tolist():
-                now[slot] = slots.reset(slot, next(starts))
+            for index in np.flatnonzero(steps.ended).tolist():
+                now[index] = indices.reset(index, next(starts))
     finally:
-        slots.close()
+        indices.close()
     return np.concatenate(seen)[:OBSERVATIONS]
 
 
 def check(
     model: OnnxModel,
-    pilot: ValuePilot,
+    policy: ValuePolicy,
     observations: NDArray[np.float32],
     largest_term: float = 0.0,
 ) -> Agreement:
-    """Compare a model's `q_values` and `action` with the pilot's.
+    """Compare a model's `q_values` and `action` with the policy's.
 
     Actions must be the same wherever the two best values are further apart than rounding.
 
     Args:
         model: of `graph.onnx_model`.
-        pilot: that it was made of.
+        policy: that it was made of.
         observations: [N, D].
         largest_term: of what values are summed up from, where it may be larger than they are: the
             returns that atoms stand for.
 
     Raises:
-        UserError: they differ by more than rounding, or the pilot's values are not finite.
+        UserError: they differ by more than rounding, or the policy's values are not finite.
     """
     q_values, actions = model.run(observations, ["q_values", "action"])
-    expected = pilot.values(observations)
+    expected = policy.values(observations)
     if not np.isfinite(expected).all():
-        raise UserError("format 'onnx': the pilot's values are not finite, so there is none to fly")
+        raise UserError(
+            "format 'onnx': the policy's values are not finite, so there is none to fly"
+        )
     tolerance = ROUNDING * max(largest_term, float(np.abs(expected).max()))
     difference = float(np.abs(q_values - expected).max())
     close = np.ptp(np.sort(expected, axis=1)[:, -2:], axis=1) <= tolerance
-    differing = actions != pilot.act(observations)
+    differing = actions != policy.act(observations)
     wrong = int(np.count_nonzero(differing & ~close))
     if wrong or not difference <= tolerance:
         raise UserError(

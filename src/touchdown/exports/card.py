@@ -1,29 +1,29 @@
-"""A model card: what a pilot is and how well it flies, as a README that Hugging Face reads."""
+"""A model card: what a policy is and how well it flies, as a README that Hugging Face reads."""
 
 import json
 from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Any, cast
 
-from touchdown import config as configs
-from touchdown.config import Config
+from touchdown.config import toml
+from touchdown.config.config import Config
+from touchdown.evaluation.evaluation import Evaluation
+from touchdown.evaluation.table import evaluation_rows
 from touchdown.exports.agreement import Agreement
 from touchdown.exports.source import Source
-from touchdown.runs.evaluation import Evaluation
-from touchdown.runs.pilots import facts_of
-from touchdown.tables import evaluation_rows
+from touchdown.policies.weights import facts_of
 
 
 def model_card(source: Source, model_file: str, agreement: Agreement | None) -> str:
-    """The text of a `README.md`, YAML first, with the pilot's results if it has any.
+    """The text of a `README.md`, YAML first, with the policy's results if it has any.
 
     Args:
-        source: the pilot.
+        source: the policy.
         model_file: the name of the file beside the card.
-        agreement: of an ONNX model with the pilot; None for weights in our own format.
+        agreement: of an ONNX model with the policy; None for weights in our own format.
 
     Raises:
-        UserError: one of the pilot's files is broken.
+        UserError: one of the policy's files is broken.
     """
     evaluation = source.evaluate()
     config = source.config
@@ -32,7 +32,7 @@ def model_card(source: Source, model_file: str, agreement: Agreement | None) -> 
         f"# {source.name}\n\n{_what_it_is(config)}",
         "## Results\n\n" + (_results(evaluation) if evaluation else _NO_RESULTS),
         "## Fly it\n\n" + _how_to_fly(model_file, agreement),
-        f"## Settings\n\n```toml\n{configs.to_toml(config).strip()}\n```",
+        f"## Settings\n\n```toml\n{toml.to_toml(config).strip()}\n```",
         "## Where it comes from\n\n" + _provenance(source),
     ]
     return "\n\n".join(parts) + "\n"
@@ -78,7 +78,7 @@ def _header(source: Source, evaluation: Evaluation | None) -> str:
 
 def _what_it_is(config: Config) -> str:
     return (
-        f"A greedy pilot for Gymnasium's {config.env_id}, trained with touchdown "
+        f"A greedy policy for Gymnasium's {config.env_id}, trained with touchdown "
         f"(preset `{config.preset}`, algorithm `{config.algorithm}`, training seed {config.seed})."
     )
 

@@ -1,4 +1,4 @@
-"""A pilot in a folder of its own: the model, its card, and what flies it."""
+"""A policy in a folder of its own: the model, its card, and what flies it."""
 
 import json
 from dataclasses import dataclass
@@ -7,17 +7,17 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Literal, get_args
 
-from touchdown import files
 from touchdown.agents.networks import QNetwork
-from touchdown.errors import UserError
+from touchdown.core import files
+from touchdown.core.errors import UserError
 from touchdown.exports import agreement as agreements
 from touchdown.exports import graph
 from touchdown.exports.agreement import Agreement
 from touchdown.exports.card import model_card
 from touchdown.exports.source import Source
-from touchdown.foreign.onnx_pilot import OnnxModel
-from touchdown.runs import pilots
-from touchdown.runs.pilots import Weights
+from touchdown.policies import weights as policy_weights
+from touchdown.policies.foreign.onnx import OnnxModel
+from touchdown.policies.weights import Weights
 
 Format = Literal["onnx", "safetensors"]
 CARD, EXAMPLE = "README.md", "fly_onnx.py"
@@ -31,20 +31,20 @@ class Export:
     files: tuple[Path, ...]
     """The model first."""
     agreement: Agreement | None
-    """Of an ONNX model with the pilot that it was made of; None for another format."""
+    """Of an ONNX model with the policy that it was made of; None for another format."""
 
 
 def write_export(source: Source, file_format: Format, out: Path | None = None) -> Export:
-    """Write a pilot for others to fly: all of the folder, or nothing.
+    """Write a policy for others to fly: all of the folder, or nothing.
 
     Args:
-        source: the pilot.
+        source: the policy.
         file_format: `onnx`, or `safetensors`, our own.
         out: the folder to make; `<name>-<format>` here if None.
 
     Raises:
-        UserError: the folder is there already or cannot be written, the pilot's files are broken,
-            something is not installed, or the model does not fly as the pilot does.
+        UserError: the folder is there already or cannot be written, the policy's files are broken,
+            something is not installed, or the model does not fly as the policy does.
     """
     if file_format not in get_args(Format):
         raise UserError(f"format {file_format!r}: must be one of {', '.join(get_args(Format))}")
@@ -53,7 +53,7 @@ def write_export(source: Source, file_format: Format, out: Path | None = None) -
         raise UserError(f"out {str(folder)!r}: is there already; choose another folder")
     if file_format == "onnx":
         graph.check_installed()
-    weights = pilots.read_weights(source.weights)
+    weights = policy_weights.read_weights(source.weights)
     name = f"{source.name}.{file_format}"
     agreement, content = None, dict[str, bytes]()
     if file_format == "onnx":
@@ -88,10 +88,10 @@ def _checked_onnx(source: Source, weights: Weights) -> tuple[bytes, Agreement]:
     data = graph.onnx_model(
         model, weights.params, spaces.observation_size, spaces.num_actions, metadata
     )
-    pilot = weights.pilot
-    seen = agreements.seen_in_flight(pilot, weights.env_id)
+    policy = weights.policy
+    seen = agreements.seen_in_flight(policy, weights.env_id)
     largest_term = 0.0
     if isinstance(model, QNetwork) and model.config.atoms:
         largest_term = max(abs(model.config.v_min), abs(model.config.v_max))
     checked = OnnxModel(data, "format 'onnx'")
-    return data, agreements.check(checked, pilot, seen, largest_term)
+    return data, agreements.check(checked, policy, seen, largest_term)

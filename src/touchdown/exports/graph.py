@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchdown.agents.networks import QNetwork
-from touchdown.agents.table import QTable
-from touchdown.agents.tabular import Grid
-from touchdown.errors import UserError
-from touchdown.types import FloatArray
+from touchdown.agents.tabular import QTable
+from touchdown.agents.tabular_math import Grid
+from touchdown.core.errors import UserError
+from touchdown.core.types import FloatArray
 
 OPSET, IR_VERSION = 17, 8  # of 2022: old enough for most runtimes, new enough to normalise layers
 _EPSILON = 1e-5  # equinox's, in a layer's normalisation

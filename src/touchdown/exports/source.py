@@ -1,22 +1,24 @@
-"""What is exported: a run's pilot, or one that comes with touchdown."""
+"""What is exported: a run's policy, or one that comes with touchdown."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from touchdown import files, presets
-from touchdown.config import Config
-from touchdown.runs import evaluation as evaluations
-from touchdown.runs import pilots
-from touchdown.runs.evaluation import Evaluation
+from touchdown.config import presets
+from touchdown.config.config import Config
+from touchdown.core import files
+from touchdown.core.seeding import TEST_STARTS
+from touchdown.evaluation import evaluation as evaluations
+from touchdown.evaluation.evaluation import Evaluation
+from touchdown.policies import weights as policy_weights
+from touchdown.runs import run as runs
 from touchdown.runs.run import Run
-from touchdown.seeding import TEST_STARTS
 
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """A pilot with all that its card tells."""
+    """A policy with all that its card tells."""
 
     name: str
     weights: Path
@@ -29,18 +31,18 @@ class Source:
 
 
 def of_run(run: Run) -> Source:
-    """A run's best pilot, with the test flights that the run made.
+    """A run's best policy, with the test flights that the run made.
 
     Raises:
         UserError: the run has no weights yet, or broken files.
     """
-    weights = pilots.best_weights(run.folder)
+    weights = runs.best_weights(run.folder)
     made = files.read_json(run.folder.provenance)
     return Source(run.name, weights, run.config, made, lambda: run.evaluation)
 
 
 def of_shipped(weights: Path) -> Source:
-    """A pilot that comes with touchdown: its preset's, and flown from the test starts here.
+    """A policy that comes with touchdown: its preset's, and flown from the test starts here.
 
     Raises:
         UserError: the file is broken.
@@ -50,6 +52,6 @@ def of_shipped(weights: Path) -> Source:
     starts = TEST_STARTS[: config.training.test_episodes]
 
     def evaluate() -> Evaluation:
-        return evaluations.evaluate_pilot(pilots.load_weights(weights), starts)
+        return evaluations.evaluate_policy(policy_weights.load_weights(weights), starts)
 
     return Source(weights.stem, weights, config, {}, evaluate)

@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import EngFormatter, PercentFormatter
 
+from touchdown.core.types import FloatArray
 from touchdown.figures import style
-from touchdown.types import FloatArray
 
 WINDOW = 100  # episodes that a moving mean looks back over, as in the paper
 _SHORTEST_MEAN = 20  # episodes from which the moving mean is drawn

@@ -1,4 +1,4 @@
-"""Where pilots flew: paths from the same starts over the ground."""
+"""Where policies flew: paths from the same starts over the ground."""
 
 from collections.abc import Mapping, Sequence
 from itertools import cycle
@@ -8,10 +8,10 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
+from touchdown.core.types import Outcome
+from touchdown.envs.flight import Flight, Terrain
 from touchdown.figures import style
-from touchdown.lander.canvas import WIDTH
-from touchdown.lander.flight import Flight, Terrain
-from touchdown.types import Outcome
+from touchdown.render.canvas import WIDTH
 
 _PILOT_COLOURS = (style.BLUE, style.RED, style.GREEN, style.PURPLE, style.ORANGE)
 _OUTCOME_MARKERS: dict[Outcome, str] = {
@@ -24,11 +24,11 @@ _GROUND, _GROUND_OPACITY = "#8b93a3", 0.4
 
 
 def flights_overlay(ax: Axes, groups: Mapping[str, Sequence[Flight]]) -> Axes:
-    """Paths of the lander's hull, one colour a pilot, with how each flight ended.
+    """Paths of the lander's hull, one colour a policy, with how each flight ended.
 
     Args:
         ax: to draw on.
-        groups: flights by the pilot's name, of the lander, from the same starts.
+        groups: flights by the policy's name, of the lander, from the same starts.
 
     Raises:
         ValueError: a flight is not the lander's.
@@ -70,11 +70,11 @@ def flights_overlay(ax: Axes, groups: Mapping[str, Sequence[Flight]]) -> Axes:
 
 
 def save_flights(path: Path, groups: Mapping[str, Sequence[Flight]], title: str) -> None:
-    """Draw flights of several pilots over each other and write them as PNG.
+    """Draw flights of several policies over each other and write them as PNG.
 
     Args:
         path: of the file.
-        groups: flights by the pilot's name, of the lander, from the same starts.
+        groups: flights by the policy's name, of the lander, from the same starts.
         title: above the figure.
 
     Raises:

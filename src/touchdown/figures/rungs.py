@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import EngFormatter, PercentFormatter
 from scipy import stats
 
+from touchdown.core.types import FloatArray
 from touchdown.figures import style
-from touchdown.types import FloatArray
 
 Curve = tuple[Sequence[float], Sequence[float]]
 """Observations at which a run was validated, rising, and the mean returns."""

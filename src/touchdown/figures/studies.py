@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator, PercentFormatter
 from matplotlib.transforms import Transform, offset_copy
 
+from touchdown.core.types import FloatArray
 from touchdown.figures import style
 from touchdown.stats.seeds import mean_interval
 from touchdown.stats.summary import Interval
-from touchdown.types import FloatArray
 
 COLOURS = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, style.RED)
 _SEED: dict[str, Any] = {"s": 14, "alpha": 0.45, "linewidths": 0, "zorder": 2}

@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
+from touchdown.core.types import FloatArray
 from touchdown.figures import style
-from touchdown.types import FloatArray
 
 Held = tuple[Sequence[float], Sequence[float]]
 """Seconds since which a run held a policy, rising, and the policies' mean returns; the last is the

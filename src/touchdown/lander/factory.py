@@ -5,17 +5,11 @@ from typing import Any
 import gymnasium
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
-from touchdown.lander.env import (
-    EXACT_ID,
-    LANDER_IDS,
-    Engine,
-    Env,
-    check_engine,
-    engine_in_use,
-)
+from touchdown.lander.engine import Engine, check_engine, engine_in_use
+from touchdown.lander.rules import EXACT_ID, LANDER_IDS
 
 
-def make(*, engine: Engine | None = None, **settings: Any) -> Env:
+def make(*, engine: Engine | None = None, **settings: Any) -> gymnasium.Env[Any, Any]:
     """One lander with the limit of 1000 steps.
 
     Args:

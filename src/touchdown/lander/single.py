@@ -9,8 +9,9 @@ from gymnasium import spaces
 from gymnasium.error import ClosedEnvironmentError
 from numpy.typing import NDArray
 
-from touchdown.lander.engine import HELIPAD, Batch
-from touchdown.lander.env import BEGIN, OBSERVATION_SIZE
+from touchdown.core.types import FloatArray
+from touchdown.lander._engine import HELIPAD, Batch
+from touchdown.lander.rules import BEGIN, OBSERVATION_SIZE
 from touchdown.lander.space import (
     LanderStates,
     action_space,
@@ -18,7 +19,6 @@ from touchdown.lander.space import (
     read_states,
     read_terrain,
 )
-from touchdown.types import FloatArray
 
 _MAGIC = b"TDSINGLE"
 _SNAPSHOT = struct.Struct("<8sq")  # before the engine's own, which has a version and a checksum

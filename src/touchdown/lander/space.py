@@ -6,8 +6,8 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from touchdown.lander.engine import Batch
-from touchdown.types import FloatArray
+from touchdown.core.types import FloatArray
+from touchdown.lander._engine import Batch
 
 # as stock's: the observation's units are half viewports, and so on; see gymnasium's lunar_lander.py
 _HIGH = np.array([2.5, 2.5, 10, 10, 2 * np.pi, 10, 1, 1], np.float32)

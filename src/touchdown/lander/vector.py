@@ -10,8 +10,9 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from touchdown.lander.engine import Batch
-from touchdown.lander.env import BEGIN, MAX_EPISODE_STEPS, NOTHING, OBSERVATION_SIZE, STEP
+from touchdown.core.types import FloatArray
+from touchdown.lander._engine import Batch
+from touchdown.lander.rules import BEGIN, MAX_EPISODE_STEPS, NOTHING, OBSERVATION_SIZE, STEP
 from touchdown.lander.space import (
     LanderStates,
     action_space,
@@ -19,7 +20,6 @@ from touchdown.lander.space import (
     read_states,
     read_terrain,
 )
-from touchdown.types import FloatArray
 
 _SNAPSHOT_MAGIC = b"TDVECTOR"
 _SNAPSHOT_VERSION = 1

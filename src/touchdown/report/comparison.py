@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from touchdown import config as configs
-from touchdown.config import Config
-from touchdown.errors import UserError
+from touchdown.config import toml
+from touchdown.config.config import Config
+from touchdown.core.errors import UserError
 from touchdown.report.page import Page, Section, Table, write_page
 from touchdown.report.study import PAGE, Builder, machine_facts
 from touchdown.runs.run import Run
@@ -71,7 +71,7 @@ def write_comparison(runs: Sequence[Run], out: Path) -> Path:
 
 def _settings_of(config: Config) -> dict[str, Any]:
     """All settings, without the preset: its name may be one that only that run knows."""
-    return {name: value for name, value in configs.to_dict(config).items() if name != "preset"}
+    return {name: value for name, value in toml.to_dict(config).items() if name != "preset"}
 
 
 def _differing(runs: Sequence[Run]) -> dict[str, list[Any]]:
@@ -87,7 +87,7 @@ def _differing(runs: Sequence[Run]) -> dict[str, list[Any]]:
 
 def _flat(config: Config) -> dict[str, Any]:
     found: dict[str, Any] = {}
-    for name, value in configs.to_dict(config).items():
+    for name, value in toml.to_dict(config).items():
         if isinstance(value, dict):
             found |= {f"{name}.{inner}": each for inner, each in value.items()}  # pyright: ignore[reportUnknownVariableType]
         else:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from PIL import Image
 
-from touchdown.errors import UserError, one_line
+from touchdown.core.errors import UserError, one_line
 
 
 class Moving(NamedTuple):

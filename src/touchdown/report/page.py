@@ -13,8 +13,8 @@ from urllib.parse import quote
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from touchdown import files
-from touchdown.errors import UserError, one_line
+from touchdown.core import files
+from touchdown.core.errors import UserError, one_line
 from touchdown.report.embed import data_url, film_and_still
 from touchdown.report.svg import themed_svg
 

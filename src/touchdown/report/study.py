@@ -10,19 +10,22 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from touchdown import cores, files
+from touchdown.core import files, threads
+from touchdown.core.seeding import TEST_STARTS
+from touchdown.core.types import FloatArray
+from touchdown.envs import flight as flights
+from touchdown.evaluation import evaluation as evaluations
+from touchdown.evaluation.evaluation import Evaluation
 from touchdown.figures.studies import Row
-from touchdown.lander import env as lander
-from touchdown.lander import flight as flights
-from touchdown.lander import render
+from touchdown.lander import engine as engines
+from touchdown.policies import lookup, named
+from touchdown.render import film as films
 from touchdown.report import sections
 from touchdown.report.markdown import summary_of
 from touchdown.report.page import Film, Page, Picture, Section, Table, write_page
-from touchdown.runs import evaluation as evaluations
-from touchdown.runs import pilots
-from touchdown.runs.evaluation import Evaluation
-from touchdown.runs.folder import RunFolder, cpu_name
-from touchdown.seeding import TEST_STARTS
+from touchdown.runs import run as runs
+from touchdown.runs.folder import RunFolder
+from touchdown.runs.provenance import cpu_name
 from touchdown.stats.seeds import summarise_seeds
 from touchdown.studies import alike, paper
 from touchdown.studies.alike import Likenesses
@@ -32,7 +35,6 @@ from touchdown.studies.plan import Study
 from touchdown.studies.results import METRICS, PidResult, StudyResults, read_pid, read_study
 from touchdown.studies.store import Store
 from touchdown.studies.tuners import TUNERS, Tuning
-from touchdown.types import FloatArray
 
 PAGE = "index.html"
 _SUMMARY = "summary.md"
@@ -107,17 +109,17 @@ class Builder:
         most = max(results.runs, key=lambda run: getattr(run, metric))
         folder = RunFolder(most.path)
         test = evaluations.read_evaluations(folder.evaluation)[0]
-        pilot = pilots.load_run(folder)
+        policy = runs.load_run(folder)
         said = f"{' · '.join(most.labels)}, seed {most.seed}"
-        return (self.film(pilot, test, name, said, METRICS[metric]),)
+        return (self.film(policy, test, name, said, METRICS[metric]),)
 
     def film(
-        self, pilot: pilots.NamedPilot, test: Evaluation, name: str, said: str, most: str
+        self, policy: named.NamedPolicy, test: Evaluation, name: str, said: str, most: str
     ) -> Film:
-        """A pilot's flight from the test start of its median return.
+        """A policy's flight from the test start of its median return.
 
         Args:
-            pilot: flies.
+            policy: flies.
             test: its test flights.
             name: of the file.
             said: who it is.
@@ -125,8 +127,8 @@ class Builder:
         """
         start = evaluations.median_start(test)
         path = self.figures / f"{name}.gif"
-        flight = flights.record_flight(pilot.pilot, pilot.env_id, start, said)
-        render.write_gif(flight, path, _FILM_FPS, _FILM_SCALE)
+        flight = flights.record_flight(policy.policy, policy.env_id, start, said)
+        films.write_gif(flight, path, _FILM_FPS, _FILM_SCALE)
         return Film(
             path,
             f"{said}: {flight.outcome} after {flight.steps} steps",
@@ -289,7 +291,7 @@ def _lines() -> dict[str, float]:
     """What the ladder is compared with: the shipped PID and chance, on the same test starts."""
     starts = TEST_STARTS[:100]
     return {
-        words: evaluations.evaluate_pilot(pilots.load(name), starts).summary.mean
+        words: evaluations.evaluate_policy(lookup.load(name), starts).summary.mean
         for name, words in (("pid", "PID"), ("random", "random"))
     }
 
@@ -317,7 +319,7 @@ def _pid_section(
     sections.save_rows(rows, "test return of the gains", stem)
     best = max(tuned, key=lambda each: each.trained_return)
     tuning = best.job.tuning
-    pilot = pilots.load(str(best.gains))
+    policy = lookup.load(str(best.gains))
     return Section(
         id=topic.name,
         title=title,
@@ -334,7 +336,7 @@ def _pid_section(
         ),
         films=(
             builder.film(
-                pilot,
+                policy,
                 best.test,
                 topic.name,
                 f"{tuning.tuner}, seed {tuning.seed}",
@@ -459,10 +461,10 @@ def machine_facts() -> tuple[tuple[str, str], ...]:
         ("written", datetime.now(UTC).strftime("%Y-%m-%d")),
         (
             "machine",
-            f"{cpu_name()}, {cores.available()} cores, Python {platform.python_version()}",
+            f"{cpu_name()}, {threads.available()} cores, Python {platform.python_version()}",
         ),
         ("versions", ", ".join(f"{name} {version(name)}" for name in _PACKAGES)),
-        ("lander", f"trained on {lander.engine_in_use()}, tested on stock Gymnasium"),
+        ("lander", f"trained on {engines.engine_in_use()}, tested on stock Gymnasium"),
     )
 
 

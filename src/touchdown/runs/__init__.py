@@ -1,1 +1,1 @@
-"""One agent, one seed: flying, training, and the record of it on disk."""
+"""The record of one run on disk."""

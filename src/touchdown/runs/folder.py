@@ -1,36 +1,19 @@
 """A run's folder: what lies where, how a new one is named, and how one is found."""
 
 import fcntl
-import platform
-import subprocess
-import sys
 from dataclasses import dataclass
-from importlib import metadata
 from pathlib import Path
 from typing import IO
 
-from touchdown import config as configs
-from touchdown import cores, device, files
-from touchdown.config import Config
-from touchdown.errors import UserError
-from touchdown.lander.env import engine_in_use, is_lander
+from touchdown.config import checks, toml
+from touchdown.config import config as configs
+from touchdown.config.config import Config
+from touchdown.core import files
+from touchdown.core.errors import UserError
+from touchdown.policies.names import BASELINES, POLICY_FILES
+from touchdown.runs.provenance import provenance_of
 
-FORMAT_VERSION = 1
-CONTROLLERS = ("pid", "heuristic", "random")
-"""Pilots that need no run, and so names that no run may have."""
-PILOT_FILES = (".toml", ".safetensors", ".onnx", ".zip")
-"""Endings of files that hold a pilot, and so of no run's name."""
 DEFAULT_RUNS = Path("runs")
-_RECORDED_PACKAGES = (
-    "touchdown",
-    "gymnasium",
-    "box2d",
-    "jax",
-    "jaxlib",
-    "equinox",
-    "optax",
-    "numpy",
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,20 +87,20 @@ def create(runs_dir: Path, config: Config, name: str | None = None) -> RunFolder
     Raises:
         UserError: the name is taken or no file name, or the folder cannot be written.
     """
-    if name is not None and not configs.is_plain_name(name):
+    if name is not None and not checks.is_plain_name(name):
         raise UserError(
             f"name {name!r}: must be a plain folder name of letters, digits, '.', '_' and '-', "
             "such as pilot-0"
         )
-    if name in CONTROLLERS or (name and name.endswith(PILOT_FILES)):
-        raise UserError(f"name {name!r}: means another pilot to evaluate and fly; choose another")
+    if name in BASELINES or (name and name.endswith(POLICY_FILES)):
+        raise UserError(f"name {name!r}: means another policy to evaluate and fly; choose another")
     default = f"{config.preset}-{config.seed}"
 
     def fill(path: Path) -> None:
         folder = RunFolder(path)
         folder.checkpoints.mkdir()
-        folder.provenance.write_text(files.to_json(_provenance(config)), "utf-8")
-        folder.config_file.write_text(configs.to_toml(config), "utf-8")
+        folder.provenance.write_text(files.to_json(provenance_of(config)), "utf-8")
+        folder.config_file.write_text(toml.to_toml(config), "utf-8")
 
     with files.refusing(f"runs_dir {str(runs_dir)!r}"):
         runs_dir.mkdir(parents=True, exist_ok=True)
@@ -175,55 +158,3 @@ def list_runs(runs_dir: Path = DEFAULT_RUNS) -> list[RunFolder]:
     """Every run in a folder, oldest first."""
     found = [RunFolder(path.parent) for path in runs_dir.glob("*/config.toml")]
     return sorted(found, key=lambda folder: (folder.config_file.stat().st_mtime, folder.name))
-
-
-def _provenance(config: Config) -> dict[str, object]:
-    versions = {name: metadata.version(name) for name in _RECORDED_PACKAGES}
-    return {
-        "format_version": FORMAT_VERSION,
-        "config_digest": config.digest,
-        "seed": config.seed,
-        "python": sys.version.split()[0],
-        "versions": versions,
-        "git_commit": _git_commit(),
-        "platform": platform.platform(),
-        "cpu": cpu_name(),
-        "cpus_available": cores.available(),
-        "engine": engine_in_use() if is_lander(config.env_id) else "gymnasium",
-        "device": device.chosen(),
-        "threads": cores.threads() if device.chosen() == "cpu" else None,
-    }
-
-
-def _git_commit() -> str | None:
-    """The commit of this code; None where it is installed, perhaps inside another repository."""
-    here = Path(__file__)
-    said = ""
-    for arguments in (
-        ["ls-files", "--error-unmatch", here.name],
-        ["describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"],
-    ):
-        try:
-            done = subprocess.run(  # noqa: S603
-                ["git", *arguments],  # noqa: S607
-                cwd=here.parent,
-                capture_output=True,
-                text=True,
-                timeout=5,
-                check=True,
-            )
-        except (OSError, subprocess.SubprocessError):
-            return None
-        said = done.stdout.strip()
-    return said or None
-
-
-def cpu_name() -> str:
-    """The processor, in words."""
-    try:
-        for line in Path("/proc/cpuinfo").read_text("utf-8").splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    except OSError:
-        pass
-    return platform.processor() or platform.machine()

@@ -1,18 +1,18 @@
-"""A run on disk, as a value to ask: its pilot, its results, its pictures."""
+"""A run on disk, as a value to ask: its policy, its results, its pictures."""
 
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from touchdown import files
-from touchdown.config import Config
-from touchdown.errors import UserError
-from touchdown.runs import evaluation as evaluations
+from touchdown.config.config import Config
+from touchdown.core import files
+from touchdown.core.errors import UserError
+from touchdown.evaluation import evaluation as evaluations
+from touchdown.evaluation.evaluation import Evaluation
+from touchdown.policies.named import NamedPolicy
+from touchdown.policies.weights import load_weights
 from touchdown.runs import folder as folders
-from touchdown.runs import pilots
-from touchdown.runs.evaluation import Evaluation
 from touchdown.runs.folder import DEFAULT_RUNS, RunFolder
-from touchdown.runs.pilots import NamedPilot
 
 CURVE, FLIGHTS, POLICY = "learning-curve.png", "flights.png", "policy.png"
 GIF, MP4 = "landing.gif", "landing.mp4"
@@ -42,13 +42,13 @@ class Run:
         return self.folder.config()
 
     @property
-    def pilot(self) -> NamedPilot:
-        """The best pilot found so far."""
-        return pilots.load_run(self.folder)
+    def policy(self) -> NamedPolicy:
+        """The best policy found so far."""
+        return load_run(self.folder)
 
     @property
     def evaluation(self) -> Evaluation | None:
-        """The pilot's test flights; None while the run is not finished."""
+        """The policy's test flights; None while the run is not finished."""
         return next(iter(evaluations_of(self)), None)
 
     @property
@@ -61,6 +61,30 @@ class Run:
     def status(self) -> Literal["finished", "unfinished"]:
         """Whether the run has come to its end."""
         return "finished" if (self.path / _DONE).is_file() else "unfinished"
+
+
+def load_run(folder: RunFolder) -> NamedPolicy:
+    """The best policy that a run has found so far.
+
+    Raises:
+        UserError: it has none yet, or its files are broken.
+    """
+    found = load_weights(best_weights(folder))
+    return NamedPolicy(folder.name, found.policy, found.env_id)
+
+
+def best_weights(folder: RunFolder) -> Path:
+    """The file of the best weights that a run has found so far.
+
+    Raises:
+        UserError: it has none yet.
+    """
+    if not folder.best.is_file():
+        raise UserError(
+            f"run {folder.name!r}: no weights yet (they come with the first validation); "
+            f"train on with: touchdown train --resume {folder.name}"
+        )
+    return folder.best
 
 
 def evaluations_of(run: Run) -> list[Evaluation]:

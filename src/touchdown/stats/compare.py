@@ -12,9 +12,9 @@ from scipy import stats
 from statsmodels.stats import multitest
 from statsmodels.stats.power import TTestIndPower, TTestPower
 
+from touchdown.core.types import FloatArray
 from touchdown.stats.seeds import checked, mean_interval, standard_error
 from touchdown.stats.summary import RESAMPLES, Interval
-from touchdown.types import FloatArray
 
 ALPHA = 0.05
 POWER = 0.8

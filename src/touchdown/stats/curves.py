@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from touchdown.types import FloatArray
+from touchdown.core.types import FloatArray
 
 
 def area_under(observations: Sequence[float], returns: Sequence[float], until: float) -> float:

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import stats
 
+from touchdown.core.types import FloatArray
 from touchdown.stats.summary import Interval, bootstrap_iqm
-from touchdown.types import FloatArray
 
 BAND_CONTENT = 0.8
 """Share of all seeds that the band is to hold."""

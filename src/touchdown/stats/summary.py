@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import stats
 
-from touchdown.types import FloatArray
+from touchdown.core.types import FloatArray
 
 OUTCOMES = ("landed", "crashed", "out of bounds", "timed out", "terminated")
 RESAMPLES = 2_000

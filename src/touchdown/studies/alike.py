@@ -1,18 +1,19 @@
-"""How alike two pilots fly: a distance between their flights from the same starts (section 9)."""
+"""How alike two policies fly: a distance between their flights from the same starts (section 9)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from touchdown.lander import flight as flights
-from touchdown.lander.flight import Flight
-from touchdown.runs import pilots
+from touchdown.core.seeding import TEST_STARTS
+from touchdown.core.types import FloatArray
+from touchdown.envs import flight as flights
+from touchdown.envs.flight import Flight
+from touchdown.policies import lookup
+from touchdown.policies.named import NamedPolicy
+from touchdown.runs import run as runs
 from touchdown.runs.folder import RunFolder
-from touchdown.runs.pilots import NamedPilot
-from touchdown.seeding import TEST_STARTS
 from touchdown.studies.results import StudyResults
-from touchdown.types import FloatArray
 
 _METRES = np.array([10.0, 20.0 / 3.0])  # half viewports, across and up
 
@@ -72,15 +73,15 @@ def distance(one: Flight, other: Flight) -> float:
     return float(np.hypot(*(a - b).T).mean())
 
 
-def compare_flights(agents: Mapping[int, NamedPilot], starts: Sequence[int]) -> Likenesses:
+def compare_flights(agents: Mapping[int, NamedPolicy], starts: Sequence[int]) -> Likenesses:
     """Fly agents, the PID and chance from the same starts, and measure between them.
 
     Args:
         agents: by training seed.
         starts: environment seeds.
     """
-    own = {seed: _flown(pilot, starts) for seed, pilot in agents.items()}
-    pid, chance = (_flown(pilots.load(name), starts) for name in ("pid", "random"))
+    own = {seed: _flown(policy, starts) for seed, policy in agents.items()}
+    pid, chance = (_flown(lookup.load(name), starts) for name in ("pid", "random"))
     return Likenesses(
         tuple(
             Likeness(
@@ -95,8 +96,8 @@ def compare_flights(agents: Mapping[int, NamedPilot], starts: Sequence[int]) -> 
     )
 
 
-def agents_of(results: StudyResults, labels: tuple[str, ...]) -> dict[int, NamedPilot]:
-    """The chosen pilots of a cell's finished runs, by training seed.
+def agents_of(results: StudyResults, labels: tuple[str, ...]) -> dict[int, NamedPolicy]:
+    """The chosen policies of a cell's finished runs, by training seed.
 
     Args:
         results: of the study.
@@ -105,7 +106,7 @@ def agents_of(results: StudyResults, labels: tuple[str, ...]) -> dict[int, Named
     Raises:
         UserError: a run's files are broken.
     """
-    return {run.seed: pilots.load_run(RunFolder(run.path)) for run in results.of(labels)}
+    return {run.seed: runs.load_run(RunFolder(run.path)) for run in results.of(labels)}
 
 
 def starts_of(count: int) -> range:
@@ -113,8 +114,10 @@ def starts_of(count: int) -> range:
     return TEST_STARTS[:count]
 
 
-def _flown(pilot: NamedPilot, starts: Sequence[int]) -> list[Flight]:
-    return [flights.record_flight(pilot.pilot, pilot.env_id, start, pilot.name) for start in starts]
+def _flown(policy: NamedPolicy, starts: Sequence[int]) -> list[Flight]:
+    return [
+        flights.record_flight(policy.policy, policy.env_id, start, policy.name) for start in starts
+    ]
 
 
 def _between(some: Sequence[Flight], others: Sequence[Flight]) -> float:

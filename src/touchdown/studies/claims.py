@@ -7,9 +7,9 @@ from typing import Literal, Protocol
 
 import numpy as np
 
+from touchdown.core.types import FloatArray
 from touchdown.stats import compare
 from touchdown.stats.summary import Interval
-from touchdown.types import FloatArray
 
 _LEAST_P = 0.001  # that is told as it is
 _FEWEST = 2  # seeds of each cell that a test looks at

@@ -12,20 +12,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from touchdown import cores, device, files
-from touchdown.config import Config
-from touchdown.errors import Interrupted
-from touchdown.lander import env as lander
+from touchdown.config.config import Config
+from touchdown.core import device, files, threads
+from touchdown.core.errors import Interrupted
+from touchdown.core.seeding import VALIDATION_STARTS
+from touchdown.evaluation.evaluator import Evaluator
+from touchdown.lander import engine as engines
+from touchdown.lander import rules
+from touchdown.policies import lookup
 from touchdown.runs import folder as folders
-from touchdown.runs import pilots
-from touchdown.runs import tune as tuning
-from touchdown.runs.evaluate import Fleet
 from touchdown.runs.folder import RunFolder
-from touchdown.runs.train import Status, Trainer
-from touchdown.seeding import VALIDATION_STARTS
 from touchdown.studies.store import Store
 from touchdown.studies.tuners import Tuning
 from touchdown.studies.work import PidJob, TrainJob
+from touchdown.training import pid_tuning
+from touchdown.training.trainer import Status, Trainer
 
 _SECONDS_WARM = 1.0  # that compilation and the first, emptier steps are over by
 _SECONDS_MEASURED = 2.0
@@ -137,13 +138,13 @@ def estimate(
 def most_observations(config: Config) -> int:
     """Observations that a run may have: its limit, or all episodes at full length."""
     training = config.training
-    return training.max_observations or training.episodes * 1_000
+    return training.max_env_steps or training.episodes * 1_000
 
 
 def _seconds_of(config: Config, pace: _Pace, times: _FlightTimes) -> float:
     """Of one run: training, the choice among its checkpoints, and the test of two of them."""
     training, observations = config.training, most_observations(config)
-    flights = training.finalists * training.final_validation_episodes
+    flights = training.candidate_checkpoints * training.final_validation_episodes
     if not pace.validated:
         flights += observations // training.validation_period * training.validation_episodes
     return (
@@ -166,21 +167,21 @@ def _known_paces(done: Sequence[TrainJob], store: Store) -> dict[Kind, _Pace]:
 
 def _fly(env_id: str) -> _FlightTimes:
     """Time flights of the PID, which are as long as a good agent's; elsewhere those of chance."""
-    pilot = pilots.load("pid" if lander.is_lander(env_id) else "random", env_id=env_id).pilot
+    policy = lookup.load("pid" if rules.is_lander(env_id) else "random", env_id=env_id).policy
     seconds: list[float] = []
-    for engine in (lander.engine_in_use(), "gymnasium"):
-        with closing(Fleet(env_id, engine=engine)) as fleet:
+    for engine in (engines.engine_in_use(), "gymnasium"):
+        with closing(Evaluator(env_id, engine=engine)) as evaluator:
             began = time.perf_counter()
-            fleet.fly(pilot, VALIDATION_STARTS[:_FLIGHTS])
+            evaluator.rollout(policy, VALIDATION_STARTS[:_FLIGHTS])
             seconds.append((time.perf_counter() - began) / _FLIGHTS)
     return _FlightTimes(*seconds)
 
 
 def _try_gains(search: Tuning) -> float:
     """Seconds of one trial of a tuning of the PID."""
-    with tuning.Objective(search.rule, search.starts, search.seed) as objective:
+    with pid_tuning.Objective(search.rule, search.starts, search.seed) as objective:
         began = time.perf_counter()
-        objective(objective.point_of(tuning.HAND_PICKED))
+        objective(objective.point_of(pid_tuning.HAND_PICKED))
         return time.perf_counter() - began
 
 
@@ -190,7 +191,7 @@ def _measure_all(configs: Sequence[Config], workers: int) -> Iterator[_Pace]:
         return
     context = multiprocessing.get_context("spawn")
     with (
-        cores.one_thread_each(),
+        threads.one_thread_each(),
         ProcessPoolExecutor(
             min(workers, len(configs)),
             mp_context=context,
@@ -205,7 +206,7 @@ def _measure(config: Config) -> _Pace:
     """The pace of one kind of run, once it learns."""
     device.use_default()
     training = dataclasses.replace(
-        config.training, max_observations=0, episodes=1_000_000, validation_period=10**9
+        config.training, max_env_steps=0, episodes=1_000_000, validation_period=10**9
     )
     seen: list[tuple[float, int]] = []
 

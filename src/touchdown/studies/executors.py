@@ -15,8 +15,8 @@ from multiprocessing.context import SpawnProcess
 from pathlib import Path
 from typing import Any, Literal, Protocol, cast
 
-from touchdown import cores
-from touchdown.errors import Interrupted, UserError
+from touchdown.core import threads
+from touchdown.core.errors import Interrupted, UserError
 from touchdown.studies import worker
 from touchdown.studies.job import BEGUN, Job, Progress
 from touchdown.studies.worker import Said
@@ -131,7 +131,7 @@ class LocalExecutor:
     """
 
     def __init__(self, workers: int | None = None) -> None:
-        self.workers = cores.available() if workers is None else workers
+        self.workers = threads.available() if workers is None else workers
         if not 1 <= self.workers <= worker.MOST:
             raise UserError(f"workers = {workers}: must be from 1 to {worker.MOST}")
 
@@ -165,7 +165,7 @@ class _LocalRun:
     def finish(self, should_stop: Callable[[], bool]) -> None:
         try:
             # each gets one thread: that is the fastest for many small trainings side by side
-            with cores.one_thread_each():
+            with threads.one_thread_each():
                 self._workers = [_Worker(self._store) for _ in range(self._count)]
                 while self._waiting or self._busy():
                     if should_stop():

@@ -38,13 +38,13 @@ _SHARED: dict[Scale, dict[str, Any]] = {
         "training": {
             "num_envs": 16,
             "episodes": 1_000_000,
-            "max_observations": 240_000,
+            "max_env_steps": 240_000,
             "validation_period": 12_000,
         },
     },
     "full": {
         **_FUSED,
-        "training": {"episodes": 1_000_000, "max_observations": 250_000},
+        "training": {"episodes": 1_000_000, "max_env_steps": 250_000},
     },
 }
 _SEEDS: dict[Scale, int] = {"quick": 3, "full": 10}

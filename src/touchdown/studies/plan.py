@@ -6,10 +6,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
 
-from touchdown import config as configs
-from touchdown import presets
-from touchdown.config import Config, is_plain_name
-from touchdown.errors import UserError, one_line
+from touchdown.config import presets, toml
+from touchdown.config.checks import is_plain_name
+from touchdown.config.config import Config
+from touchdown.core.errors import UserError, one_line
 
 FORMAT_VERSION = 1
 MOST_SEEDS = 10_000
@@ -145,7 +145,7 @@ class Study:
         config = presets.preset(str(started[-1] if started else self.base))
         for changes in (self.changes, *(level.changes for level in levels)):
             rest = {name: value for name, value in changes.items() if name != "preset"}
-            config = configs.replace_fields(config, rest, where)
+            config = toml.replace_fields(config, rest, where)
         return cast(Config, config)
 
 
@@ -179,7 +179,7 @@ def from_toml(path: Path) -> Study:
         UserError: an unreadable file, an unknown field, an empty factor, a value that the config
             refuses, another format version.
     """
-    values = configs.read_toml(path)
+    values = toml.read_toml(path)
     _refuse_unknown(values, _STUDY_FIELDS, str(path))
     version = values.get("format_version", FORMAT_VERSION)
     if version != FORMAT_VERSION:

@@ -23,8 +23,8 @@ import ray
 from ray.exceptions import RayError
 from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 
-from touchdown import files
-from touchdown.errors import Interrupted, UserError, one_line
+from touchdown.core import files
+from touchdown.core.errors import Interrupted, UserError, one_line
 from touchdown.studies.executors import Attempts, Event, outcome
 from touchdown.studies.job import Job
 from touchdown.studies.worker import Said, attempt

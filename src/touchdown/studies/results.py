@@ -9,15 +9,16 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from touchdown import files
-from touchdown.runs.evaluation import Evaluation, read_evaluations, threshold_of
+from touchdown.core import files
+from touchdown.core.types import FloatArray
+from touchdown.envs.outcome import threshold_of
+from touchdown.evaluation.evaluation import Evaluation, read_evaluations
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.run import Run
 from touchdown.stats import curves
 from touchdown.studies.plan import Study
 from touchdown.studies.store import Store
 from touchdown.studies.work import GAINS, LAST, PidJob
-from touchdown.types import FloatArray
 
 METRICS = {
     "best_return": "test return of the chosen checkpoint",

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import optuna
 
-from touchdown import config as configs
-from touchdown.config import Config
-from touchdown.errors import UserError, one_line
-from touchdown.runs import pilots
+from touchdown.config import toml
+from touchdown.config.config import Config
+from touchdown.core.errors import UserError, one_line
+from touchdown.policies import weights as policy_weights
 from touchdown.runs.folder import RunFolder
 from touchdown.studies import runner
 from touchdown.studies.executors import Executor
@@ -193,7 +193,7 @@ def _best_value(study: optuna.Study) -> float | None:
 def _changed(base: Config, changed: Mapping[str, Any]) -> Config:
     config = base
     for name, value in changed.items():
-        config = configs.replace_fields(config, nested(name, value), name)
+        config = toml.replace_fields(config, nested(name, value), name)
     return config
 
 
@@ -225,7 +225,7 @@ def _return_of(job: TrainJob, store: Store, *, failed: bool) -> float:
     """What a run came to on validation starts; one that diverged is worth what nobody wants."""
     if failed:
         return -1_000.0
-    facts = pilots.facts_of(RunFolder(store.runs / job.digest).best)
+    facts = policy_weights.facts_of(RunFolder(store.runs / job.digest).best)
     return float(facts["final_validation_return"])
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from touchdown import files
-from touchdown.errors import UserError, one_line
+from touchdown.core import files
+from touchdown.core.errors import UserError, one_line
 from touchdown.studies.job import Job
 
 SomeJob = TypeVar("SomeJob", bound=Job)

@@ -8,9 +8,9 @@ import numpy as np
 import tomli_w
 
 from touchdown.control.pid import PIDConfig, Rule
-from touchdown.errors import UserError
-from touchdown.runs import tune as twiddling
-from touchdown.runs.tune import TUNED, Objective
+from touchdown.core.errors import UserError
+from touchdown.training import pid_tuning
+from touchdown.training.pid_tuning import TUNED, Objective
 
 Tuner = Literal["hand", "twiddle", "cma-es", "tpe"]
 TUNERS: tuple[Tuner, ...] = ("hand", "twiddle", "cma-es", "tpe")
@@ -78,7 +78,7 @@ def tune(tuning: Tuning, on_trial: Callable[[float, float], object]) -> Tuned:
     with Objective(tuning.rule, tuning.starts, tuning.seed) as objective:
         search = _Search(objective, tuning.trials, on_trial)
         if tuning.tuner == "hand":
-            search.try_out(objective.point_of(twiddling.HAND_PICKED))
+            search.try_out(objective.point_of(pid_tuning.HAND_PICKED))
         elif tuning.tuner == "twiddle":
             search.by_twiddle()
         else:
@@ -113,9 +113,9 @@ class _Search:
 
     def by_twiddle(self) -> None:
         """Until the trials are over; from the best it has found where it settles before."""
-        start = self._objective.point_of(twiddling.HAND_PICKED)
+        start = self._objective.point_of(pid_tuning.HAND_PICKED)
         while not self.is_over:
-            for _ in twiddling.search(self.try_out, start, tolerance=0.05):
+            for _ in pid_tuning.search(self.try_out, start, tolerance=0.05):
                 if self.is_over:
                     return
             start = self.best
@@ -129,7 +129,7 @@ class _Search:
             ) from None
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         start: dict[str, Any] = dict(
-            zip(TUNED, self._objective.point_of(twiddling.HAND_PICKED), strict=True)
+            zip(TUNED, self._objective.point_of(pid_tuning.HAND_PICKED), strict=True)
         )
         sampler = (
             optuna.samplers.CmaEsSampler(seed=seed)

@@ -7,20 +7,22 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from touchdown import device, files, learning_curve
-from touchdown.config import Config
-from touchdown.errors import Interrupted
-from touchdown.runs import evaluation as evaluations
+from touchdown.config.config import Config
+from touchdown.core import device, files
+from touchdown.core.errors import Interrupted
+from touchdown.core.seeding import TEST_STARTS
+from touchdown.evaluation import evaluation as evaluations
+from touchdown.evaluation.evaluator import Evaluator
+from touchdown.policies import lookup
+from touchdown.policies import weights as policy_weights
+from touchdown.policies.named import NamedPolicy
 from touchdown.runs import folder as folders
-from touchdown.runs import pilots
-from touchdown.runs.evaluate import Fleet
 from touchdown.runs.folder import RunFolder
-from touchdown.runs.pilots import NamedPilot
 from touchdown.runs.run import Run, evaluations_of
-from touchdown.runs.train import Trainer
-from touchdown.seeding import TEST_STARTS
 from touchdown.studies.job import Progress
 from touchdown.studies.tuners import Tuning, tune
+from touchdown.training import finish
+from touchdown.training.trainer import Trainer
 
 LAST = "last.json"
 """The test flights of the weights that training ended with, beside those of the chosen ones."""
@@ -62,26 +64,26 @@ class TrainJob:
             )
         ) as trainer:
             trainer.run()
-            last = NamedPilot(f"{folder.name}, last", trainer.last_pilot, self.config.env_id)
+            last = NamedPolicy(f"{folder.name}, last", trainer.last_policy, self.config.env_id)
             _test(run, last, should_stop)
         config = self.config
-        learning_curve.save(run, f"{config.preset}, seed {config.seed}, on {config.env_id}")
+        finish.save(run, f"{config.preset}, seed {config.seed}, on {config.env_id}")
 
 
-def _test(run: Run, last: NamedPilot, should_stop: Callable[[], bool]) -> None:
+def _test(run: Run, last: NamedPolicy, should_stop: Callable[[], bool]) -> None:
     """Fly the chosen weights and the last ones from the test starts, on stock Gymnasium."""
     starts = TEST_STARTS[: run.config.training.test_episodes]
     if not starts:
         return
-    chosen = pilots.facts_of(run.folder.best)
-    with closing(Fleet(run.config.env_id)) as fleet:
+    chosen = policy_weights.facts_of(run.folder.best)
+    with closing(Evaluator(run.config.env_id)) as evaluator:
         if not evaluations_of(run):
-            flown = evaluations.evaluate_pilot(run.pilot, starts, fleet=fleet)
+            flown = evaluations.evaluate_policy(run.policy, starts, evaluator=evaluator)
             evaluations.write_evaluations(run.folder.evaluation, [flown], chosen)
         if should_stop():
             raise Interrupted
         if not (run.path / LAST).is_file():
-            flown = evaluations.evaluate_pilot(last, starts, fleet=fleet)
+            flown = evaluations.evaluate_policy(last, starts, evaluator=evaluator)
             evaluations.write_evaluations(run.path / LAST, [flown], {})
 
 
@@ -119,6 +121,6 @@ class PidJob:
         found = tune(self.tuning, told)
         files.write_atomic(folder / "tuning.json", files.to_json(found.to_json()))
         files.write_atomic(folder / GAINS, found.to_toml())
-        pilot = pilots.load(str(folder / GAINS))
-        flown = evaluations.evaluate_pilot(pilot, TEST_STARTS[: self.tuning.test_episodes])
+        policy = lookup.load(str(folder / GAINS))
+        flown = evaluations.evaluate_policy(policy, TEST_STARTS[: self.tuning.test_episodes])
         evaluations.write_evaluations(folder / "evaluation.json", [flown], {})

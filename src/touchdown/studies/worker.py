@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Literal
 
-from touchdown.errors import Interrupted, UserError, one_line
+from touchdown.core.errors import Interrupted, UserError, one_line
 from touchdown.studies.job import BEGUN, Job, Progress
 
 MOST = 1_000

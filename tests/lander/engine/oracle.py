@@ -20,8 +20,8 @@ from gymnasium.envs.box2d.lunar_lander import LunarLander, heuristic
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from touchdown.lander.engine import HELIPAD, Batch, simd
-from touchdown.lander.env import BEGIN, NOTHING, STEP
+from touchdown.lander._engine import HELIPAD, Batch, simd
+from touchdown.lander.rules import BEGIN, NOTHING, STEP
 from touchdown.lander.space import LanderStates, read_states, read_terrain
 
 MAX_EPISODE_STEPS = 1000

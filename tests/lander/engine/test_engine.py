@@ -8,8 +8,8 @@ import numpy as np
 import oracle
 import pytest
 
-from touchdown.lander.engine import Batch, Pcg64
-from touchdown.lander.env import BEGIN, STEP
+from touchdown.lander._engine import Batch, Pcg64
+from touchdown.lander.rules import BEGIN, STEP
 from touchdown.lander.single import LanderEnv
 from touchdown.lander.space import read_states
 

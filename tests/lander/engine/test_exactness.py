@@ -11,7 +11,7 @@ from collections import Counter
 import oracle
 import pytest
 
-from touchdown.lander.engine import _engine
+from touchdown.lander import _engine
 
 STEPS_EACH = 50_000  # so 400 thousand in all eight configurations
 SEEDS_AT_ONCE = 4
@@ -60,7 +60,7 @@ def test_every_instruction_set_gives_the_same_bytes():
     flight = """
 import hashlib
 import numpy as np
-from touchdown.lander.engine import simd
+from touchdown.lander._engine import simd
 from touchdown.lander.vector import LanderVectorEnv
 env = LanderVectorEnv(150)
 digest = hashlib.sha256(env.reset(seed=0)[0])

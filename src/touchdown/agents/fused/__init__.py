@@ -1,1 +1,0 @@
-"""Updates of small Q-networks in C++: forward, backward, clip and Adam in one call."""

@@ -1,0 +1,1 @@
+"""What computes updates: JAX on any device, or the fused kernel in C++."""

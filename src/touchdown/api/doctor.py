@@ -1,0 +1,159 @@
+"""What this machine has for the laboratory, what is missing, and what would help."""
+
+import os
+import platform
+import shutil
+import sys
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Literal, cast
+
+import gymnasium
+import numpy as np
+from gymnasium.error import Error as NotThere
+
+from touchdown.core import device, threads
+from touchdown.core.errors import UserError, one_line
+from touchdown.envs import environment
+from touchdown.lander import engine as engines
+from touchdown.lander import rules
+from touchdown.runs.provenance import cpu_name
+
+State = Literal["good", "note", "bad"]
+
+_SEED = 0
+_STEPS = 600  # from the start past the first touch, over several resets
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing that was looked at."""
+
+    name: str
+    state: State
+    """`bad`: something will not work. `note`: it works, but could be better."""
+    text: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """For `--json`."""
+        return asdict(self)
+
+
+def check_up(runs_dir: Path) -> list[Finding]:
+    """Look at everything; takes a second or two.
+
+    Args:
+        runs_dir: where runs would be kept.
+    """
+    looks: dict[str, Callable[[], tuple[State, str]]] = {
+        "touchdown": _touchdown,
+        "machine": _machine,
+        "libraries": _libraries,
+        "JAX": _jax,
+        "stock lander": _stock,
+        "exact engine": _engine,
+        "exactness": _exactness,
+        "films": _films,
+        "window": _window,
+        "runs": lambda: _runs(runs_dir),
+    }
+    findings: list[Finding] = []
+    for name, look in looks.items():
+        try:
+            state, text = look()
+        except (ImportError, OSError, RuntimeError, UserError, ValueError, NotThere) as error:
+            state, text = "bad", one_line(error)
+        findings.append(Finding(name, state, text))
+    return findings
+
+
+def _touchdown() -> tuple[State, str]:
+    return "good", f"{version('touchdown')}, Python {platform.python_version()}"
+
+
+def _machine() -> tuple[State, str]:
+    system = f"{platform.system()} {platform.machine()}"
+    return "good", f"{cpu_name()}, {threads.available()} cores, {system}"
+
+
+def _libraries() -> tuple[State, str]:
+    names = ("jax", "equinox", "optax", "numpy", "gymnasium", "box2d")
+    return "good", ", ".join(f"{name} {version(name)}" for name in names)
+
+
+def _jax() -> tuple[State, str]:
+    device.use_default()
+    import jax  # noqa: PLC0415 - it reads its flags when it starts
+
+    devices = cast(list[object], jax.devices())
+    return "good", f"computes on {', '.join(map(str, devices))}"
+
+
+def _stock() -> tuple[State, str]:
+    environment.make_env().env.close()
+    return "good", "gymnasium makes LunarLander-v3"
+
+
+def _engine() -> tuple[State, str]:
+    if not engines.engine_built():
+        return "note", (
+            "was not built: stock flies instead, more slowly; install a C++ compiler "
+            "such as g++, and then touchdown again"
+        )
+    from touchdown.lander._engine import simd  # noqa: PLC0415 - built, as was just seen
+
+    wanted = os.environ.get("TOUCHDOWN_SIMD")
+    why = f"TOUCHDOWN_SIMD={wanted}" if wanted else "the widest here; TOUCHDOWN_SIMD chooses"
+    return "good", f"computes with {simd()} ({why})"
+
+
+def _exactness() -> tuple[State, str]:
+    if not engines.engine_built():
+        return "note", "nothing to compare"
+    stock = gymnasium.make("LunarLander-v3", disable_env_checker=True)
+    ours = gymnasium.make(rules.EXACT_ID, disable_env_checker=True)
+    rng = np.random.default_rng(_SEED)
+    seed: int | None = _SEED
+    ended = True
+    for step in range(_STEPS):
+        if ended:
+            pair = [env.reset(seed=seed)[0].tobytes() for env in (stock, ours)]
+            seed, ended = None, False
+        else:
+            # falls, now and then with the main engine on: both legs touch, and the hull
+            action = int(rng.choice([0, 0, 2]))
+            theirs, mine = stock.step(action), ours.step(action)
+            pair = [(o.tobytes(), float(r), end) for o, r, end, _, _ in (theirs, mine)]
+            ended = mine[2] or mine[3]
+        if pair[0] != pair[1]:
+            return "bad", (
+                f"step {step} differs from stock's: results on the exact engine are not "
+                "stock's on this machine; use --engine gymnasium, and please report it"
+            )
+    stock.close()
+    ours.close()
+    return "good", f"{_STEPS} steps equal stock's to the last bit"
+
+
+def _films() -> tuple[State, str]:
+    import imageio_ffmpeg  # noqa: PLC0415 - looked for only here
+
+    return "good", f"ffmpeg {imageio_ffmpeg.get_ffmpeg_version()} writes MP4; GIFs need nothing"
+
+
+def _window() -> tuple[State, str]:
+    if sys.platform == "linux" and not any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY"))):
+        return "note", "no display: `fly` writes films, `fly --window` needs a screen"
+    return "good", "there is a display for `fly --window`"
+
+
+def _runs(runs_dir: Path) -> tuple[State, str]:
+    folder = runs_dir.absolute()
+    place = next(path for path in (folder, *folder.parents) if path.exists())
+    if not place.is_dir() or not os.access(place, os.W_OK):
+        return "bad", f"{place}: cannot be written to; choose another with --runs-dir"
+    free = shutil.disk_usage(place).free
+    text = f"{folder}, {free / 1e9:,.1f} GB free"
+    return ("note", f"{text}: little") if free < 1e9 else ("good", text)

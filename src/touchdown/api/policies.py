@@ -1,0 +1,41 @@
+"""Finding the policy that a user means: a value, a run, or a name."""
+
+from importlib.resources.abc import Traversable
+from pathlib import Path
+
+from touchdown.core import device
+from touchdown.policies import lookup
+from touchdown.policies.named import NamedPolicy
+from touchdown.runs import folder as folders
+from touchdown.runs.run import Run, load_run
+
+PolicyLike = str | Path | NamedPolicy | Run
+"""A run, its name, `pid`, `heuristic`, `random`, a policy that comes with touchdown, or a file:
+weights (`.safetensors`), gains (`.toml`), an `.onnx` model, a `.zip` of Stable-Baselines3."""
+
+
+def find_policy(policy: PolicyLike, runs_dir: Path, env_id: str) -> NamedPolicy:
+    """The policy that is meant. A run goes before a policy of the same name that is shipped.
+
+    Args:
+        policy: see `PolicyLike`.
+        runs_dir: where runs are kept.
+        env_id: the environment for policies that do not know theirs.
+
+    Raises:
+        UserError: there is no such policy, its files are broken, or it has no weights yet.
+    """
+    device.use_default()
+    if isinstance(policy, NamedPolicy):
+        return policy
+    if isinstance(policy, Run):
+        return policy.policy
+    name = str(policy)
+    if lookup.is_known(name) or shipped(name, runs_dir) is not None:
+        return lookup.load(name, env_id)
+    return load_run(folders.find(name, runs_dir))
+
+
+def shipped(name: str, runs_dir: Path) -> Traversable | None:
+    """The weights of a shipped policy; None where a run has that name, or nothing has it."""
+    return None if (runs_dir / name).is_dir() else lookup.shipped(name)

@@ -1,0 +1,127 @@
+"""Live views of training and of studies on a terminal; nothing where no terminal is watching."""
+
+import time
+from collections.abc import Callable
+
+from rich.console import Console, Group
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from touchdown.core.progress import View, clock, count_bar, share_bar
+from touchdown.studies.executors import Event
+from touchdown.studies.runner import State
+from touchdown.training.trainer import Status
+
+_SETTLED = 0.2  # share of training after which the recent return means something
+
+
+class TrainingView(View):
+    """A live view of training on a terminal, and nothing anywhere else.
+
+    Args:
+        console: where to draw.
+        name: of the run.
+    """
+
+    def __init__(self, console: Console, name: str) -> None:
+        super().__init__(console, Live(console=console, refresh_per_second=4))
+        self._name = name
+        self._phase = count_bar(console)
+
+    def status(self, status: Status) -> None:
+        """Show where training stands."""
+        if self._console.is_terminal:
+            self._live.update(self._draw(status))
+
+    def phase(self, text: str, count: int) -> None:
+        """Show a bar of `count` flights or pictures for what comes now."""
+        if self._console.is_terminal:
+            for task in self._phase.task_ids:
+                self._phase.remove_task(task)
+            self._phase.add_task(text, total=count)
+            self._live.update(self._phase)
+
+    def advance(self) -> None:
+        """One flight or picture of the phase is done."""
+        for task in self._phase.task_ids:
+            self._phase.advance(task)
+
+    def _draw(self, status: Status) -> Group:
+        loss = "-" if status.loss is None else f"{status.loss:.3g}"
+        table = Table.grid(padding=(0, 1))
+        cells = [
+            ("episode", f"{status.episode}"),
+            ("observations", f"{status.observations:,}"),
+            ("return", f"{status.episode_return:.0f}"),
+            ("mean of 100", f"{status.recent_return:.0f}"),
+            ("ε", f"{status.epsilon:.3f}"),
+            ("loss", loss),
+            ("1000 steps", f"{status.recent_time_limit_share:.0%}"),
+            ("steps/s", f"{status.steps_per_second:,.0f}"),
+            ("ETA", clock(status.seconds_left)),
+        ]
+        for _ in cells:
+            table.add_column(justify="right", no_wrap=True)
+        table.add_row(*(Text(name, style="dim") for name, _ in cells))
+        table.add_row(*(Text(value, style="bold") for _, value in cells))
+        bar = share_bar(self._console, f"training {self._name}", status.share_done)
+        return Group(bar, table)
+
+
+class StudyView(View):
+    """A live view of a study on a terminal; elsewhere a line for each job that fails.
+
+    Args:
+        console: where to draw.
+        name: of the study.
+        name_of: what a job is called, by its digest.
+    """
+
+    def __init__(self, console: Console, name: str, name_of: Callable[[str], str]) -> None:
+        super().__init__(console, Live(console=console, refresh_per_second=2, transient=True))
+        self._name = name
+        self._name_of = name_of
+        self._began = time.monotonic()
+        self._first_share: float | None = None
+        self._best: tuple[float, str] | None = None
+
+    def update(self, state: State, event: Event) -> None:
+        """Show where the study stands, after something has happened."""
+        if self._first_share is None:
+            self._first_share = state.share
+        if event.kind in ("died", "failed"):
+            said = f"{self._name_of(event.digest)}: {event.kind}: {event.text}"
+            self._console.print(said, soft_wrap=True, markup=False, highlight=False)
+        recent = event.progress.recent_return
+        # the mean of few episodes is luck
+        if recent is not None and event.progress.share > _SETTLED:
+            self._best = max(self._best or (recent, ""), (recent, self._name_of(event.digest)))
+        if self._console.is_terminal:
+            self._live.update(self._draw(state))
+
+    def _draw(self, state: State) -> Group:
+        gained = state.share - (self._first_share or 0.0)
+        passed = time.monotonic() - self._began
+        left = clock((1 - state.share) * passed / gained) if gained > 0.001 else "-"
+        bar = share_bar(self._console, f"study {self._name}", state.share)
+        counts = Table.grid(padding=(0, 2))
+        cells = [
+            ("done", f"{state.done} of {state.total}"),
+            ("running", str(len(state.running))),
+            ("failed", str(len(state.failed))),
+            ("run again", str(state.died)),
+            ("ETA", left),
+        ]
+        counts.add_row(*(Text(name, style="dim") for name, _ in cells))
+        counts.add_row(*(Text(value, style="bold") for _, value in cells))
+        running = Table.grid(padding=(0, 2))
+        for digest, progress in state.running.items():
+            recent = progress.recent_return
+            running.add_row(
+                Text(self._name_of(digest)),
+                f"{progress.share:.0%}",
+                "" if recent is None else f"return {recent:.0f}",
+            )
+        best = [Text(f"best so far: {self._best[0]:.0f}, {self._best[1]}")] if self._best else []
+        return Group(bar, counts, running, *best)

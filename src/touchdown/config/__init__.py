@@ -1,0 +1,1 @@
+"""Settings of a run: sections, rules between them, TOML, presets."""

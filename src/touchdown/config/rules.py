@@ -1,0 +1,126 @@
+"""Rules across the sections of a config: what does not go together, and what would do nothing."""
+
+import dataclasses
+from typing import Protocol
+
+from touchdown.config.sections import (
+    MOST_FUSED_LAYERS,
+    SECTIONS,
+    Algorithm,
+    LearningConfig,
+    NetworkConfig,
+    RolloutConfig,
+    TrainingConfig,
+)
+
+
+class Sections(Protocol):
+    """What the rules read of a `Config`."""
+
+    @property
+    def algorithm(self) -> Algorithm: ...  # noqa: D102 - as `Config` says
+    @property
+    def network(self) -> NetworkConfig: ...  # noqa: D102
+    @property
+    def learning(self) -> LearningConfig: ...  # noqa: D102
+    @property
+    def rollout(self) -> RolloutConfig: ...  # noqa: D102
+    @property
+    def training(self) -> TrainingConfig: ...  # noqa: D102
+
+
+_STEP_SIZE = {"learning_rate", "learning_rate_end", "learning_rate_duration"}
+# the fields that an algorithm looks at; None is a whole section, one left out none of it
+_USED: dict[Algorithm, dict[str, frozenset[str] | None]] = {
+    "dqn": {"network": None, "replay": None, "learning": None},
+    "pqn": {
+        "network": frozenset({"hidden_sizes", "activation", "dueling", "layer_norm"}),
+        "learning": frozenset(
+            {
+                "gamma",
+                "backend",
+                "optimizer",
+                "loss",
+                "reward_scale",
+                "max_grad_norm",
+                *_STEP_SIZE,
+            }
+        ),
+        "rollout": None,
+    },
+    "tabular": {"learning": frozenset({"gamma", "target", *_STEP_SIZE}), "table": None},
+    "value-iteration": {"learning": frozenset({"gamma", "update_period"})},
+}
+for _sections in _USED.values():
+    _sections |= {"exploration": None, "training": None}
+
+
+def check_together(config: Sections) -> None:
+    """Refuse sections that do not go together.
+
+    Raises:
+        ValueError: two fields exclude each other, or the algorithm makes no use of one that is set.
+    """
+    if config.network.quantiles and config.learning.loss != "huber":
+        raise ValueError(
+            f"loss = {config.learning.loss!r}: must be huber beside quantiles = "
+            f"{config.network.quantiles}, whose loss is Huber's"
+        )
+    if config.learning.backend == "fused":
+        _refuse_what_is_not_fused(config)
+    _refuse_what_does_nothing(config)
+
+
+def _refuse_what_is_not_fused(config: Sections) -> None:
+    network = config.network
+    for name, given, wanted in (
+        ("activation", network.activation, "relu"),
+        ("quantiles", network.quantiles, 0),
+        ("atoms", network.atoms, 0),
+        ("noisy", network.noisy, False),
+        ("optimizer", config.learning.optimizer, "adam"),
+    ):
+        if given != wanted:
+            raise ValueError(
+                f"{name} = {given!r}: must be {wanted!r} with backend = 'fused'; "
+                "backend = 'jax' has it"
+            )
+    if len(network.hidden_sizes) > MOST_FUSED_LAYERS:
+        raise ValueError(
+            f"hidden_sizes = {network.hidden_sizes}: must be at most {MOST_FUSED_LAYERS} "
+            "layers with backend = 'fused'"
+        )
+
+
+def _refuse_what_does_nothing(config: Sections) -> None:
+    used = _USED[config.algorithm]
+    for section, kind in SECTIONS.items():
+        of_section = used.get(section, frozenset())
+        if of_section is None:
+            continue
+        given, default = getattr(config, section), kind()
+        for item in dataclasses.fields(kind):
+            value, left = getattr(given, item.name), getattr(default, item.name)
+            if item.name not in of_section and value != left:
+                raise ValueError(
+                    f"{item.name} = {value!r}: must stay {left!r} with algorithm = "
+                    f"{config.algorithm!r}, which makes no use of it"
+                )
+    largest = config.learning.learning_rate
+    if config.learning.learning_rate_duration:
+        largest = max(largest, config.learning.learning_rate_end)
+    if config.algorithm == "tabular" and largest > 1:
+        raise ValueError(
+            f"learning_rate = {largest}: must be at most 1 with algorithm = 'tabular'; "
+            "larger steps overshoot their target and diverge"
+        )
+    steps = config.training.num_envs * config.rollout.rollout_steps
+    if config.algorithm == "pqn" and config.rollout.minibatches > steps:
+        raise ValueError(
+            f"minibatches = {config.rollout.minibatches}: must be at most the steps of a "
+            f"rollout, num_envs * rollout_steps = {steps}"
+        )
+    if config.algorithm == "dqn" and config.learning.target == "expected-sarsa":
+        raise ValueError(
+            "target = 'expected-sarsa': must be q-learning or sarsa with algorithm = 'dqn'"
+        )

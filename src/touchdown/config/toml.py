@@ -1,0 +1,106 @@
+"""Configs to TOML and back."""
+
+import dataclasses
+import tomllib
+import typing
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+import tomli_w
+
+from touchdown.core.errors import UserError, one_line
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+FORMAT_VERSION = 1
+_FORMER_NAMES = {
+    "training": {"max_env_steps": "max_observations", "candidate_checkpoints": "finalists"}
+}
+"""What fields were called when digests began, by section: files with these names are still read,
+and digests are still taken over them, so that a run keeps the name that it was stored under."""
+ConfigLike = TypeVar("ConfigLike", bound="DataclassInstance")
+
+
+def to_dict(config: "DataclassInstance") -> dict[str, Any]:
+    """A config as nested dictionaries of plain values."""
+    return dataclasses.asdict(config)
+
+
+def to_toml(config: "DataclassInstance") -> str:
+    """A config as TOML, every field written out; `from_toml` gives the same config back."""
+    return tomli_w.dumps({"format_version": FORMAT_VERSION, **to_dict(config)})
+
+
+def digest_text(config: "DataclassInstance") -> str:
+    """A config as the TOML that its digest is taken over: fields have their former names."""
+    values = to_dict(config)
+    for section, names in _FORMER_NAMES.items():
+        values[section] = {names.get(name, name): of for name, of in values[section].items()}
+    return tomli_w.dumps({"format_version": FORMAT_VERSION, **values})
+
+
+def _renamed(name: str) -> str:
+    """The present name of a field."""
+    present = {old: new for names in _FORMER_NAMES.values() for new, old in names.items()}
+    return present.get(name, name)
+
+
+def replace_fields(instance: Any, values: Mapping[str, Any], where: str) -> Any:
+    """A frozen dataclass with some fields replaced by values read from a file.
+
+    Args:
+        instance: the dataclass to start from.
+        values: by field name; a mapping goes into the nested dataclass of that name.
+        where: named in errors, such as `my.toml`.
+
+    Raises:
+        UserError: an unknown field, or a value that its field refuses.
+    """
+    kinds = typing.get_type_hints(cast(type[Any], type(instance)))
+    changes: dict[str, Any] = {}
+    for given, value in values.items():
+        name = _renamed(given)
+        if name not in kinds:
+            raise UserError(f"{where}: unknown field {given!r}; known: {', '.join(kinds)}")
+        if dataclasses.is_dataclass(kinds[name]):
+            if not isinstance(value, dict):
+                raise UserError(f"{where}: {name} = {value!r}: must be a table [{name}]")
+            nested = cast(dict[str, Any], value)
+            changes[name] = replace_fields(getattr(instance, name), nested, f"{where} [{name}]")
+        else:
+            changes[name] = value
+    try:
+        return dataclasses.replace(instance, **changes)
+    except ValueError as error:
+        raise UserError(f"{where}: {one_line(error)}") from None
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """A TOML file's values.
+
+    Raises:
+        UserError: the file cannot be read or is not TOML.
+    """
+    try:
+        return tomllib.loads(path.read_text("utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
+    except (ValueError, RecursionError) as error:  # a number of 5,000 digits, 100,000 brackets
+        raise UserError(f"{path}: not TOML: {one_line(error)}") from None
+
+
+def from_values(values: Mapping[str, Any], base: ConfigLike, path: Path) -> ConfigLike:
+    """The config that a TOML file's values make of `base`; `path` is named in errors.
+
+    Raises:
+        UserError: an unknown field, a refused value, another format version.
+    """
+    values = dict(values)
+    version = values.pop("format_version", FORMAT_VERSION)
+    if version != FORMAT_VERSION:
+        raise UserError(
+            f"{path}: format_version = {version!r}: this touchdown reads {FORMAT_VERSION}"
+        )
+    return replace_fields(base, values, str(path))

@@ -1,0 +1,86 @@
+"""Where JAX computes, decided before it starts."""
+
+import hashlib
+import os
+import platform
+from pathlib import Path
+from typing import Any, Literal
+
+from touchdown.core.errors import UserError, one_line
+
+Device = Literal["cpu", "gpu"]
+
+_ONE_THREAD = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
+
+
+_chosen: list[Device] = []
+
+
+def chosen() -> Device:
+    """The device in use, or the one that will be."""
+    return _chosen[-1] if _chosen else "cpu"
+
+
+def _keep_compilations(config: Any) -> None:
+    """Have JAX find what it compiled before, in any run of this user, on disk.
+
+    A machine's own: code compiled for one processor may not run on another that shares the home.
+    """
+    if os.environ.get("JAX_COMPILATION_CACHE_DIR"):
+        return
+    try:
+        cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+        folder = cache / "touchdown" / f"jax-{_processor()}"
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, RuntimeError):  # a full disk, a user without a home
+        return  # it is only slower without
+    config.update("jax_compilation_cache_dir", str(folder))
+    config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+    config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+
+
+def _processor() -> str:
+    """What tells one kind of processor from another, as 12 hex digits."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
+        about = [line for line in lines if line.startswith(("model name", "flags", "Features"))]
+    except OSError:
+        about = []
+    told = "\n".join(sorted(set(about))) or f"{platform.machine()} {platform.processor()}"
+    return hashlib.sha256(told.encode()).hexdigest()[:12]
+
+
+def use_default() -> None:
+    """Have JAX compute on the CPU, unless a device was chosen before."""
+    if not _chosen:
+        use("cpu")
+
+
+def use(device: Device) -> None:
+    """Have JAX compute on one kind of device.
+
+    On the CPU it gets one thread, which is the fastest for networks of this size and leaves the
+    other cores to other runs. It has no effect on a JAX that has computed something already.
+
+    Raises:
+        UserError: there is no such device here.
+    """
+    if device not in ("cpu", "gpu"):
+        raise UserError(f"device {device!r}: must be cpu or gpu")
+    flags = os.environ.get("XLA_FLAGS", "")
+    if _ONE_THREAD not in flags:
+        os.environ["XLA_FLAGS"] = f"{flags} {_ONE_THREAD}".strip()
+    import jax  # noqa: PLC0415 - it reads XLA_FLAGS when it starts
+
+    jax.config.update("jax_platforms", "cpu" if device == "cpu" else None)
+    _keep_compilations(jax.config)
+    # handing each small call to another thread costs more than the call
+    jax.config.update("jax_cpu_enable_async_dispatch", False)  # noqa: FBT003
+    try:
+        jax.devices(device)
+    except RuntimeError as error:
+        raise UserError(
+            f"device {device!r}: JAX finds none here ({one_line(error)}); "
+            "use cpu, or install JAX for your GPU"
+        ) from None
+    _chosen.append(device)

@@ -1,0 +1,100 @@
+"""Making an environment, and what an agent needs to know of it."""
+
+import warnings
+from typing import Any, NamedTuple
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from gymnasium.wrappers import DtypeObservation, FlattenObservation, TimeLimit
+
+from touchdown.core.errors import UserError, one_line
+from touchdown.core.types import Spaces
+from touchdown.lander.engine import Engine
+from touchdown.lander.rules import MAX_EPISODE_STEPS, is_lander
+
+Env = gymnasium.Env[Any, Any]
+
+
+class MadeEnv(NamedTuple):
+    """An environment, and what an agent needs to know of it."""
+
+    env: Env
+    spaces: Spaces
+
+
+def make_env(
+    env_id: str = "LunarLander-v3",
+    render_mode: str | None = None,
+    engine: Engine = "gymnasium",
+) -> MadeEnv:
+    """A Gymnasium environment with a flat Box observation and Discrete actions.
+
+    A Discrete observation becomes a Box: one-hot. An environment without a time limit is truncated
+    after 1,000 steps, because a greedy policy may go round in circles for ever.
+
+    Args:
+        env_id: Gymnasium's id.
+        render_mode: Gymnasium's, `rgb_array` or `human`; for stock alone.
+        engine: what simulates the lander; other environments are always Gymnasium's own.
+
+    Raises:
+        UserError: there is no such environment, it cannot be made, or its spaces are others.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # gymnasium warns of versions that it then refuses
+            if engine == "exact" and is_lander(env_id):
+                env = _exact_lander(render_mode)
+            else:
+                env = gymnasium.make(env_id, render_mode=render_mode, disable_env_checker=True)
+    except (gymnasium.error.Error, ImportError, AttributeError, TypeError, ValueError) as error:
+        raise UserError(f"env_id {env_id!r}: cannot be made: {one_line(error)}") from None
+    if env.spec is not None and env.spec.max_episode_steps is None:
+        env = TimeLimit(env, MAX_EPISODE_STEPS)
+    num_states = None
+    if isinstance(env.observation_space, spaces.Discrete):
+        num_states = int(env.observation_space.n)
+        env = DtypeObservation(FlattenObservation(env), np.float32)
+    observation, action = env.observation_space, env.action_space
+    if not isinstance(action, spaces.Discrete):
+        env.close()
+        raise UserError(
+            f"env_id {env_id!r}: its action space is {action}; Q-learning needs Discrete actions"
+        )
+    if not isinstance(observation, spaces.Box) or len(observation.shape) != 1:
+        env.close()
+        raise UserError(
+            f"env_id {env_id!r}: its observation space is {observation}; "
+            "a flat Box (one vector of numbers) or Discrete is needed"
+        )
+    if action.start != 0:
+        env.close()
+        raise UserError(f"env_id {env_id!r}: its actions are {action}; they must start at 0")
+    sizes = Spaces(
+        observation.shape[0],
+        int(action.n),
+        num_states,
+        tuple(observation.low.tolist()),
+        tuple(observation.high.tolist()),
+        None if num_states is None else getattr(env.unwrapped, "P", None),
+    )
+    return MadeEnv(env, sizes)
+
+
+def _exact_lander(render_mode: str | None) -> Env:
+    # where the engine was not built there is nothing to import
+    from touchdown.lander.single import LanderEnv  # noqa: PLC0415
+
+    return LanderEnv(render_mode, max_episode_steps=MAX_EPISODE_STEPS)
+
+
+def spaces_of(env_id: str, engine: Engine = "gymnasium") -> Spaces:
+    """What an agent needs to know of an environment, which is made and closed again for it.
+
+    Raises:
+        UserError: as `make_env`.
+    """
+    made = make_env(env_id, engine=engine)
+    made.env.close()
+    return made.spaces

@@ -1,0 +1,27 @@
+"""How an episode ended, in words, and the return that counts as solved."""
+
+from gymnasium.envs.registration import registry
+
+from touchdown.core.types import FloatArray, Outcome
+from touchdown.lander.rules import is_lander
+
+
+def outcome_of(env_id: str, observation: FloatArray, reward: float, *, terminated: bool) -> Outcome:
+    """How an episode ended, from its last step.
+
+    The lander's last reward is exactly +100 where it came to rest, -100 where it hit or left.
+    """
+    if not terminated:
+        return "timed out"
+    if not is_lander(env_id):
+        return "terminated"
+    if reward == 100:
+        return "landed"
+    return "out of bounds" if abs(float(observation[0])) >= 1 else "crashed"
+
+
+def threshold_of(env_id: str) -> float | None:
+    """The return from which Gymnasium calls a world solved; None where it names none."""
+    spec = registry.get(env_id)
+    threshold = spec.reward_threshold if spec else None
+    return None if threshold is None else float(threshold)

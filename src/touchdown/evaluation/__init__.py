@@ -1,0 +1,1 @@
+"""Greedy rollouts from given starts, and their summary."""

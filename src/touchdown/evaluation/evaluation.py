@@ -1,0 +1,123 @@
+"""An evaluation: a policy's flights from a set of starts, in numbers, to and from JSON."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from touchdown.core import files
+from touchdown.core.errors import UserError, one_line
+from touchdown.envs.outcome import threshold_of
+from touchdown.evaluation.evaluator import EpisodeResult, Evaluator
+from touchdown.lander import rules
+from touchdown.policies.named import NamedPolicy
+from touchdown.stats.summary import Interval, Summary, summarise
+
+FORMAT_VERSION = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Evaluation:
+    """A policy's episodes and what they say."""
+
+    name: str
+    env_id: str
+    episodes: list[EpisodeResult]
+    summary: Summary
+
+    def to_json(self) -> dict[str, Any]:
+        """As a JSON object."""
+        return {
+            "name": self.name,
+            "env_id": self.env_id,
+            "summary": self.summary.to_json(),
+            "episodes": [episode.to_json() for episode in self.episodes],
+        }
+
+
+def evaluate_policy(
+    policy: NamedPolicy,
+    starts: Sequence[int],
+    *,
+    evaluator: Evaluator | None = None,
+    on_episode: Callable[[], object] = lambda: None,
+) -> Evaluation:
+    """Fly a policy greedily, one episode from each start.
+
+    Args:
+        policy: to be judged.
+        starts: environment seeds.
+        evaluator: environments of the policy's world, if some are at hand.
+        on_episode: called after each episode.
+    """
+    own = evaluator or Evaluator(policy.env_id, min(len(starts), 32))
+    try:
+        episodes = own.rollout(policy.policy, starts, on_episode)
+    finally:
+        if evaluator is None:
+            own.close()
+    return Evaluation(policy.name, policy.env_id, episodes, _summary_of(policy.env_id, episodes))
+
+
+def _summary_of(env_id: str, episodes: Sequence[EpisodeResult]) -> Summary:
+    return summarise(
+        [episode.episode_return for episode in episodes],
+        [episode.steps for episode in episodes],
+        [episode.outcome for episode in episodes],
+        [episode.fuel for episode in episodes],
+        threshold_of(env_id),
+    )
+
+
+def write_evaluations(
+    path: Path, evaluations: Sequence[Evaluation], chosen: dict[str, Any]
+) -> None:
+    """Write a run's test flights: its own first, then the baselines'.
+
+    Args:
+        path: of `evaluation.json`.
+        evaluations: of every policy, all from the same starts.
+        chosen: facts about the checkpoint that was flown.
+    """
+    content = {
+        "format_version": FORMAT_VERSION,
+        "checkpoint": chosen,
+        "pilots": [evaluation.to_json() for evaluation in evaluations],
+    }
+    files.write_atomic(path, files.to_json(content))
+
+
+def read_evaluations(path: Path) -> list[Evaluation]:
+    """What `write_evaluations` wrote.
+
+    Raises:
+        UserError: the file is broken or of another version.
+    """
+    content = files.read_json(path)
+    if content.get("format_version") != FORMAT_VERSION:
+        raise UserError(
+            f"{path}: format_version = {content.get('format_version')!r}: "
+            f"this touchdown reads {FORMAT_VERSION}"
+        )
+    try:
+        return [_evaluation_from(entry) for entry in content["pilots"]]
+    except (KeyError, TypeError, ValueError) as error:
+        raise UserError(f"{path}: not an evaluation: {one_line(error)}") from None
+
+
+def _evaluation_from(entry: dict[str, Any]) -> Evaluation:
+    episodes = [EpisodeResult(**episode) for episode in entry["episodes"]]
+    numbers = dict(entry["summary"])
+    numbers["iqm"] = Interval(**numbers["iqm"])
+    return Evaluation(entry["name"], entry["env_id"], episodes, Summary(**numbers))
+
+
+def median_start(evaluation: Evaluation) -> int:
+    """The start of the episode with the median return: neither the luckiest nor the worst."""
+    ranked = sorted(evaluation.episodes, key=lambda episode: episode.episode_return)
+    return ranked[len(ranked) // 2].seed
+
+
+def is_lander(evaluation: Evaluation) -> bool:
+    """Whether the flights were the lander's."""
+    return rules.is_lander(evaluation.env_id)

@@ -1,0 +1,109 @@
+"""Flying a policy greedily from many starts."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from touchdown.core.types import Outcome, Policy, StepResult
+from touchdown.envs.episodes import Episode, Underway
+from touchdown.envs.outcome import outcome_of
+from touchdown.envs.pool import make_pool
+from touchdown.lander import engine as engines
+from touchdown.lander import rules
+
+NUM_ENVS = 32  # environments flown side by side: enough to share the cost of a network's call
+
+
+@dataclass(frozen=True, slots=True)
+class EpisodeResult:
+    """One episode of an evaluation."""
+
+    seed: int
+    episode_return: float
+    steps: int
+    outcome: Outcome
+    fuel: float
+    """Return points spent on engines; 0 in worlds that are not the lander's."""
+
+    def to_json(self) -> dict[str, Any]:
+        """As a JSON object."""
+        return asdict(self)
+
+
+class Evaluator:
+    """Worlds kept ready to fly many starts.
+
+    Args:
+        env_id: Gymnasium's id.
+        num_envs: environments stepped together; no result depends on it.
+        engine: what flies the lander; results are the same to the last bit.
+    """
+
+    def __init__(
+        self, env_id: str, num_envs: int = NUM_ENVS, engine: engines.Engine = "gymnasium"
+    ) -> None:
+        self._env_id = env_id
+        self._count = num_envs
+        self._pool = make_pool(env_id, num_envs, engine)
+
+    def close(self) -> None:
+        """Give the worlds back."""
+        self._pool.close()
+
+    def rollout(
+        self,
+        policy: Policy,
+        starts: Sequence[int],
+        on_episode: Callable[[], object] = lambda: None,
+    ) -> list[EpisodeResult]:
+        """One episode from each start, results in the order of the starts.
+
+        Args:
+            policy: chooses the actions; it must not depend on who else flies beside.
+            starts: environment seeds.
+            on_episode: called after each episode.
+        """
+        results: dict[int, EpisodeResult] = {}
+        waiting = iter(enumerate(starts))
+        first = [
+            Episode(index, self._pool.reset(index, seed))
+            for index, (index, seed) in zip(range(self._count), waiting, strict=False)
+        ]
+        if not first:
+            return []
+        underway = Underway(first)
+        flying = np.arange(len(first))
+        while len(flying):
+            actions = policy.act(underway.observations[flying])
+            steps = self._pool.step(flying, actions)
+            underway.add(flying, actions, steps)
+            over = np.flatnonzero(steps.ended).tolist()
+            rests = np.zeros(len(flying), bool)
+            for row in over:
+                index = int(flying[row])
+                episode = underway.episode(index)
+                results[episode.number] = self._result(episode, starts[episode.number], steps, row)
+                on_episode()
+                following = next(waiting, None)
+                if following is None:
+                    rests[row] = True
+                else:
+                    underway.begin(index, following[0], self._pool.reset(index, following[1]))
+            if over:
+                flying = flying[~rests]
+        return [results[index] for index in range(len(starts))]
+
+    def _result(self, episode: Episode, seed: int, steps: StepResult, row: int) -> EpisodeResult:
+        """Of an episode that has just ended, with the step of all that fly in which it did."""
+        ended_as = outcome_of(
+            self._env_id,
+            episode.observation,
+            float(steps.rewards[row]),
+            terminated=bool(steps.terminated[row]),
+        )
+        fuel = 0.0
+        if rules.is_lander(self._env_id):
+            fuel = rules.fuel_of(np.asarray(episode.actions))
+        return EpisodeResult(seed, episode.episode_return, len(episode.actions), ended_as, fuel)

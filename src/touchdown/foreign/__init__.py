@@ -1,1 +1,0 @@
-"""Pilots that others trained: their files, read without running anything that is in them."""

@@ -1,0 +1,1 @@
+"""What acts: baselines, saved weights, files of other libraries; looked up by name."""

@@ -1,0 +1,73 @@
+"""Policies that need no training: Gymnasium's heuristic, random actions, and the PID's gains."""
+
+import hashlib
+from dataclasses import fields
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from touchdown.config import toml
+from touchdown.control.pid import PIDConfig, Rule
+from touchdown.core.errors import UserError
+from touchdown.core.types import FloatArray, IntArray
+
+
+class HeuristicPolicy:
+    """The controller that Gymnasium ships with its lander."""
+
+    def __init__(self) -> None:
+        # Box2D comes with it
+        from gymnasium.envs.box2d import lunar_lander  # noqa: PLC0415
+
+        self._heuristic: Any = lunar_lander.heuristic
+        # it asks the environment only whether its actions are continuous
+        self._env = gymnasium.make("LunarLander-v3", disable_env_checker=True).unwrapped
+
+    def act(self, observations: FloatArray) -> IntArray:
+        """An action for each observation: [N, 8] to [N]."""
+        return np.array([self._heuristic(self._env, o) for o in observations])
+
+
+class RandomPolicy:
+    """Actions as by chance, each a hash of what is observed.
+
+    So a start is always flown alike, whoever flies beside: a generator would be shared.
+
+    Args:
+        num_actions: to choose from.
+    """
+
+    def __init__(self, num_actions: int) -> None:
+        self._num_actions = num_actions
+
+    def act(self, observations: FloatArray) -> IntArray:
+        """An action for each observation: [N, D] to [N]."""
+        digests = (hashlib.blake2b(row.tobytes(), digest_size=8).digest() for row in observations)
+        return np.array([int.from_bytes(digest) % self._num_actions for digest in digests])
+
+
+def shipped_pid(rule: Rule | None = None) -> PIDConfig:
+    """The gains that came out of `touchdown tune pid`, for one rule, or for the better of them."""
+    name = f"pid_{rule or 'signed'}.toml"
+    with resources.as_file(resources.files("touchdown.control") / name) as path:
+        return read_pid(path)
+
+
+def read_pid(path: Path) -> PIDConfig:
+    """Gains from a TOML file, such as `touchdown tune pid` writes.
+
+    Raises:
+        UserError: it cannot be read, or a field is unknown or refused.
+    """
+    start = PIDConfig(
+        rule="signed", kp_vertical=0, ki_vertical=0, kp_angle=0, kd_angle=0, dead_band=0
+    )
+    values = toml.read_toml(path)
+    gains = toml.replace_fields(start, values, str(path))
+    missing = [item.name for item in fields(start) if item.name not in values]
+    if missing:
+        raise UserError(f"{path}: {', '.join(missing)}: missing; a PID needs every gain")
+    return gains

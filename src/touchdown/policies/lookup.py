@@ -1,0 +1,79 @@
+"""Policies by name: baselines, those that come with touchdown, and files."""
+
+from importlib import resources
+from importlib.resources.abc import Traversable
+from pathlib import Path
+
+from touchdown.config import checks
+from touchdown.control.pid import PIDPolicy
+from touchdown.core.errors import UserError
+from touchdown.envs import environment
+from touchdown.lander import rules
+from touchdown.policies import names
+from touchdown.policies.baselines import HeuristicPolicy, RandomPolicy, read_pid, shipped_pid
+from touchdown.policies.foreign.onnx import read_onnx
+from touchdown.policies.foreign.sb3 import read_sb3
+from touchdown.policies.named import NamedPolicy
+from touchdown.policies.weights import load_weights
+
+SHIPPED = resources.files("touchdown.policies") / "shipped"
+"""Folder of the weights that come with touchdown, `<name>.safetensors`."""
+
+
+def load(name: str, env_id: str = "LunarLander-v3") -> NamedPolicy:
+    """A policy that is no run's, by its name.
+
+    Args:
+        name: `pid`, `heuristic`, `random`, a policy that comes with touchdown, or the path of a
+            file: `.safetensors` that a run wrote, `.toml` with a PID's gains, an `.onnx` model, or
+            a `.zip` that Stable-Baselines3 saved.
+        env_id: the environment for `random`, a `.zip`, and an `.onnx` that names none; the others
+            know theirs.
+
+    Raises:
+        UserError: there is no such policy, or its file is broken.
+    """
+    path = Path(name)
+    if name in names.BASELINES:
+        return _baseline(name, env_id)
+    if path.suffix in names.POLICY_FILES:
+        return _from_file(path, env_id)
+    weights = shipped(name)
+    if weights is None:
+        raise UserError(
+            f"policy {name!r}: unknown; must be one of {', '.join(names.BASELINES)}, one that "
+            f"comes with touchdown, or a file ending in {', '.join(names.POLICY_FILES)}"
+        )
+    with resources.as_file(weights) as path:
+        return load_weights(path)
+
+
+def is_known(name: str) -> bool:
+    """Whether a name means a baseline or a file, and so never a run."""
+    return name in names.BASELINES or Path(name).suffix in names.POLICY_FILES
+
+
+def shipped(name: str) -> Traversable | None:
+    """The weights of a policy that comes with touchdown; None where there is none of that name."""
+    weights = SHIPPED / f"{name}.safetensors"
+    return weights if checks.is_plain_name(name) and weights.is_file() else None
+
+
+def _baseline(name: str, env_id: str) -> NamedPolicy:
+    if name == "random":
+        return NamedPolicy(name, RandomPolicy(environment.spaces_of(env_id).num_actions), env_id)
+    if name == "heuristic":
+        return NamedPolicy(name, HeuristicPolicy(), rules.LANDER_IDS[0])
+    return NamedPolicy(name, PIDPolicy(shipped_pid()), rules.LANDER_IDS[0])
+
+
+def _from_file(path: Path, env_id: str) -> NamedPolicy:
+    match path.suffix:
+        case ".toml":
+            return NamedPolicy(path.stem, PIDPolicy(read_pid(path)), rules.LANDER_IDS[0])
+        case ".onnx":
+            return NamedPolicy(path.stem, *read_onnx(path, env_id))
+        case ".zip":
+            return NamedPolicy(path.stem, read_sb3(path, env_id), env_id)
+        case _:
+            return load_weights(path)

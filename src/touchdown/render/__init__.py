@@ -1,0 +1,1 @@
+"""Flights to films, posters and a live window."""

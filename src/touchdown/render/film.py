@@ -1,0 +1,280 @@
+"""A flight as a film, as a poster, or live in a window."""
+
+import io
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
+from fractions import Fraction
+from itertools import chain, pairwise
+from pathlib import Path
+from typing import IO, NamedTuple, cast
+
+import imageio_ffmpeg
+import numpy as np
+from PIL import Image
+
+from touchdown.core import files
+from touchdown.core.errors import UserError
+from touchdown.core.types import Policy
+from touchdown.envs import environment
+from touchdown.envs.flight import Flight, fly
+from touchdown.render.scene import Scene
+
+HOLD_SECONDS = 1.2  # the last picture stays this long, so that the outcome can be read
+_SUFFIXES = (".gif", ".mp4")
+_GIF_FPS, _MP4_FPS = 25, 50
+_MP4_SCALE, _POSTER_SCALE = 1.5, 2.0  # 900 and 1200 pixels wide
+_COLOURS = 255  # of a GIF's 256; the last one stands for "as before"
+_SAMPLES = 12  # pictures of a film that its palette is made for
+
+
+class Picture(NamedTuple):
+    """One picture of a film and how long it is shown."""
+
+    image: Image.Image
+    seconds: float
+
+
+def check_video_path(path: Path) -> None:
+    """See before flying whether a film can be written there.
+
+    Raises:
+        UserError: the suffix is neither .gif nor .mp4, or the folder is missing or not writable.
+    """
+    if path.suffix.lower() not in _SUFFIXES:
+        raise UserError(f"{path}: must end in .gif or .mp4")
+    if path.is_dir():
+        raise UserError(f"{path}: is a folder, must be a file")
+    if not path.parent.is_dir():
+        raise UserError(f"{path}: cannot be written: there is no folder {str(path.parent)!r}")
+    if not os.access(path.parent, os.W_OK):
+        raise UserError(f"{path}: cannot be written: folder {str(path.parent)!r} is read-only")
+
+
+def write_video(flights: Flight | Sequence[Flight], path: Path) -> None:
+    """Write flights, one after the other, as a film in real time.
+
+    Args:
+        flights: one, or several of the same world.
+        path: ends in .gif (25 pictures a second) or .mp4 (50).
+
+    Raises:
+        UserError: another suffix, or the file cannot be written.
+    """
+    check_video_path(path)
+    if path.suffix.lower() == ".gif":
+        write_gif(flights, path)
+    else:
+        write_mp4(flights, path)
+
+
+def write_gif(
+    flights: Flight | Sequence[Flight], path: Path, fps: int = _GIF_FPS, scale: float = 1.0
+) -> None:
+    """Write flights as an animated GIF; it plays for ever.
+
+    Args:
+        flights: one, or several of the same world.
+        path: of the file.
+        fps: pictures a second, at most; steps between two pictures are left out.
+        scale: 1 is 600 pixels wide; it has no effect on a world that draws its own pictures.
+
+    Raises:
+        UserError: the file cannot be written.
+    """
+    shown = _as_sequence(flights)
+    palette = _palette([image for flight in shown for image in _samples(flight)])
+    durations: list[int] = []
+
+    def frames() -> Iterator[Image.Image]:
+        film = chain.from_iterable(pictures(flight, fps, scale) for flight in shown)
+        for image, seconds in film:
+            # the format counts hundredths; the writer reads a duration after taking its picture
+            durations.append(10 * round(100 * seconds))
+            yield image.quantize(palette=palette, dither=Image.Dither.NONE)
+
+    def write(temporary: Path) -> None:
+        film = frames()
+        next(film).save(
+            temporary,
+            "GIF",
+            save_all=True,
+            append_images=film,
+            duration=durations,
+            loop=0,
+            optimize=True,  # only what changes from picture to picture is stored
+        )
+
+    _write(path, write)
+
+
+def write_mp4(flights: Flight | Sequence[Flight], path: Path, fps: int = _MP4_FPS) -> None:
+    """Write flights as an H.264 film that every browser plays.
+
+    Args:
+        flights: one, or several of the same world.
+        path: of the file.
+        fps: pictures a second, at most; steps between two pictures are left out.
+
+    Raises:
+        UserError: the file cannot be written.
+    """
+    shown = _as_sequence(flights)
+    film = chain.from_iterable(pictures(flight, fps, _MP4_SCALE) for flight in shown)
+    rate = Fraction(shown[0].steps_per_second, _stride(shown[0], fps))
+    _write(path, lambda temporary: _encode(temporary, film, rate))
+
+
+def pictures(flight: Flight, fps: int = _GIF_FPS, scale: float = 1.0) -> Iterator[Picture]:
+    """The pictures of a film of one flight, in real time; the last one is held.
+
+    Args:
+        flight: to be shown.
+        fps: pictures a second, at most.
+        scale: 1 is 600 pixels wide; it has no effect on a world that draws its own pictures.
+    """
+    stride = _stride(flight, fps)
+    steps = [*range(0, flight.steps, stride), flight.steps]
+    for image, step in zip(_images(flight, steps, scale), steps, strict=True):
+        last = step == flight.steps
+        yield Picture(image, HOLD_SECONDS if last else stride / flight.steps_per_second)
+
+
+def poster(flight: Flight, scale: float = _POSTER_SCALE) -> Image.Image:
+    """A flight in one picture: the path, ghosts of the lander every half second, and the end.
+
+    Args:
+        flight: to be shown; of another world than the lander, it is the last picture.
+        scale: 1 is 600 pixels wide.
+    """
+    if flight.frames is not None:
+        return _opened(flight.frames[-1])
+    return Scene(flight, scale).composite()
+
+
+def show_window(env_id: str, policy: Policy, seed: int, name: str) -> Flight:
+    """Fly one episode in Gymnasium's own window.
+
+    Args:
+        env_id: Gymnasium's id.
+        policy: chooses the actions.
+        seed: environment seed of the start.
+        name: what to call the policy.
+
+    Raises:
+        UserError: there is no display, or the environment cannot be made.
+    """
+    _check_display()
+    world = environment.make_env(env_id, render_mode="human")
+    try:
+        flight = fly(world, policy, env_id, seed, name)
+        time.sleep(HOLD_SECONDS)
+    finally:
+        world.env.close()
+    return flight
+
+
+def _check_display() -> None:
+    # not at the top: Gymnasium has to come first, to keep pygame from printing a greeting
+    import pygame  # noqa: PLC0415
+
+    none_here = UserError("window: there is no display here; write a .gif or .mp4 instead")
+    chosen = "SDL_VIDEODRIVER" in os.environ
+    servers = "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ
+    if sys.platform == "linux" and not (chosen or servers):
+        raise none_here
+    try:
+        pygame.display.init()
+    except pygame.error:
+        raise none_here from None
+    # SDL falls back on this one rather than fail
+    if pygame.display.get_driver() == "offscreen" and not chosen:
+        pygame.display.quit()
+        raise none_here
+
+
+def _as_sequence(flights: Flight | Sequence[Flight]) -> Sequence[Flight]:
+    return [flights] if isinstance(flights, Flight) else flights
+
+
+def _stride(flight: Flight, fps: int) -> int:
+    return max(1, round(flight.steps_per_second / fps))
+
+
+def _images(flight: Flight, steps: Sequence[int], scale: float = 1.0) -> Iterator[Image.Image]:
+    if flight.frames is not None:
+        yield from (_opened(flight.frames[step]) for step in steps)
+        return
+    scene = Scene(flight, scale)
+    for since, step in pairwise([0, *steps]):
+        yield scene.frame(step, since, outcome=step == flight.steps)
+
+
+def _opened(png: bytes) -> Image.Image:
+    return Image.open(io.BytesIO(png)).convert("RGB")
+
+
+def _samples(flight: Flight) -> Iterator[Image.Image]:
+    steps = np.linspace(0, flight.steps, _SAMPLES).astype(int)
+    return _images(flight, steps.tolist())
+
+
+def _palette(images: Iterable[Image.Image]) -> Image.Image:
+    """A picture whose palette serves them all.
+
+    A colour's weight is not its area, which the sky would win: it grows with the root of the area
+    and with how colourful it is, so that flames, flags and letters get their share.
+    """
+    pixels = np.concatenate([np.asarray(image).reshape(-1, 3) for image in images])
+    codes = pixels.astype(np.uint32) @ np.array([1 << 16, 1 << 8, 1], np.uint32)
+    colours, counts = np.unique(codes, return_counts=True)
+    bands = np.stack([colours >> 16, colours >> 8 & 255, colours & 255], axis=-1).astype(np.uint8)
+    chroma = bands.max(1).astype(int) - bands.min(1)
+    weights = np.minimum(np.sqrt(counts), 120) * (1 + chroma / 64) / 4
+    sample = np.repeat(bands, weights.astype(int) + 1, axis=0)
+    return Image.fromarray(sample[None]).quantize(
+        _COLOURS, Image.Quantize.MEDIANCUT, kmeans=2, dither=Image.Dither.NONE
+    )
+
+
+def _write(path: Path, write: Callable[[Path], object]) -> None:
+    with files.refusing(str(path)):
+        files.write_through(path, write)
+
+
+def _encode(path: Path, film: Iterator[Picture], rate: Fraction) -> None:
+    first = next(film)
+    width, height = first.image.size
+    command = [
+        *(imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-loglevel", "error"),
+        *("-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", str(rate)),
+        *(
+            "-i",
+            "-",
+            "-an",
+            "-c:v",
+            "libx264",
+            "-preset",
+            "veryfast",
+            "-crf",
+            "18",
+            "-pix_fmt",
+            "yuv420p",
+        ),
+        # a world's own pictures may have odd sides, which this pixel format has not
+        *("-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-movflags", "+faststart", str(path)),
+    ]
+    # in a session of its own: Ctrl-C asks us to stop, and must not kill a film half made
+    with subprocess.Popen(  # noqa: S603
+        command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
+    ) as ffmpeg:
+        with suppress(BrokenPipeError):  # it has given up, and says why below
+            for image, seconds in chain([first], film):
+                for _ in range(max(1, round(seconds * rate))):
+                    cast(IO[bytes], ffmpeg.stdin).write(image.tobytes())
+        _, complaint = ffmpeg.communicate()
+    if ffmpeg.returncode != 0:
+        raise OSError(f"ffmpeg: {complaint.decode(errors='replace')}")

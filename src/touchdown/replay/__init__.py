@@ -1,0 +1,1 @@
+"""Replay memories: a ring of transitions, how some are drawn, and transitions of n steps."""

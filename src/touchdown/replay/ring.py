@@ -1,0 +1,60 @@
+"""A first-in, first-out store of records."""
+
+from typing import Any
+
+import numpy as np
+
+from touchdown.core.types import RecordArray
+
+
+class Ring:
+    """Keeps the newest `capacity` records of one dtype; a new record overwrites the oldest.
+
+    Args:
+        capacity: records, at least 1.
+        dtype: of one record.
+    """
+
+    def __init__(self, capacity: int, dtype: np.dtype[np.void]) -> None:
+        if capacity < 1:
+            raise ValueError(f"capacity must be at least 1 record, got {capacity}")
+        self._records: RecordArray = np.zeros(capacity, dtype)
+        self._added = 0
+
+    def __len__(self) -> int:
+        return min(self._added, len(self._records))
+
+    @property
+    def capacity(self) -> int:
+        """Records that fit."""
+        return len(self._records)
+
+    @property
+    def added(self) -> int:
+        """Records ever appended, those since overwritten included."""
+        return self._added
+
+    @property
+    def records(self) -> RecordArray:
+        """The records held, in storage order (a view, not by age)."""
+        return self._records[: len(self)]
+
+    def append(self, record: tuple[Any, ...]) -> None:
+        """Store one record, given as a tuple of its fields."""
+        self._records[self._added % len(self._records)] = record
+        self._added += 1
+
+    def restore(self, records: RecordArray, added: int) -> None:
+        """Take over records and count from `records` and `added` of another ring.
+
+        Raises:
+            ValueError: the dtype, the capacity or the count does not fit.
+        """
+        if records.dtype != self._records.dtype:
+            raise ValueError(f"records are {records.dtype}, the memory keeps {self._records.dtype}")
+        if len(records) != min(added, len(self._records)):
+            raise ValueError(
+                f"{len(records)} records of {added} added do not fill a memory of {self.capacity}"
+            )
+        self._records[: len(records)] = records
+        self._added = added

@@ -1,0 +1,1 @@
+"""Training one agent with one seed: loop, checkpoints, selection, records."""

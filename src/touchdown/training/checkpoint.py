@@ -1,0 +1,189 @@
+"""A training run's whole state on disk: safetensors and JSON, checked when read, never pickled."""
+
+import hashlib
+import shutil
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from safetensors.numpy import save
+
+from touchdown.agents.agent import Agent
+from touchdown.core import files
+from touchdown.core.errors import UserError, one_line
+from touchdown.core.files import Tensors
+from touchdown.core.seeding import Streams
+from touchdown.envs.episodes import Episode
+
+FORMAT_VERSION = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """Weights that did well on the validation starts."""
+
+    observations: int
+    validation_return: float
+    params: NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class Solved:
+    """A policy that validation starts leave no doubt about."""
+
+    seconds: float
+    """Of training until this was known, all validation flights counted."""
+    mean_return: float
+    """On fresh validation starts."""
+    episodes: int
+    """Those starts."""
+
+
+@dataclass(slots=True)
+class Progress:
+    """Where a run stands, beside what the agent knows."""
+
+    episodes: int = 0
+    next_validation: int = 0
+    seconds: float = 0.0
+    trained: bool = False
+    """The budget is spent; what is left is the choice."""
+    finished: bool = False
+    solved: Solved | None = None
+    """How it was found that nothing is left to learn, where training stops then."""
+    underway: list[Episode] = field(default_factory=list[Episode])
+    """As restored: in each world what it was in the midst of. The world is deterministic, and comes
+    to the same place by the same actions."""
+    candidates: list[Candidate] = field(default_factory=list[Candidate])
+    record_sizes: dict[str, int] = field(default_factory=dict[str, int])
+
+
+def save_checkpoint(
+    folder: Path,
+    digest: str,
+    agent: Agent,
+    streams: Streams,
+    progress: Progress,
+    episodes: Sequence[Episode],
+) -> Path:
+    """Write the next checkpoint, `folder/<number>/`, in one rename, then remove the older ones.
+
+    Raises:
+        OSError: it cannot be written; the checkpoint before stays.
+    """
+    tensors = {
+        **agent.tensors(),
+        "finalists": {str(f.observations): f.params for f in progress.candidates},
+        "underway": _underway_tensors(episodes),
+    }
+    newest = newest_checkpoint(folder)
+    path = folder / f"{int(newest.name) + 1 if newest else 0:08d}"
+
+    def write(temporary: Path) -> None:
+        digests: dict[str, str] = {}
+        for name, group in tensors.items():
+            data = save(group)
+            digests[name] = hashlib.sha256(data).hexdigest()
+            (temporary / f"{name}.safetensors").write_bytes(data)
+        state = {
+            "format_version": FORMAT_VERSION,
+            "config_digest": digest,
+            "episodes": progress.episodes,
+            "agent": agent.facts(),
+            "next_validation": progress.next_validation,
+            "seconds": progress.seconds,
+            "trained": progress.trained,
+            "finished": progress.finished,
+            "solved": progress.solved and asdict(progress.solved),
+            "underway": [episode.number for episode in episodes],
+            "finalists": [
+                {"observations": f.observations, "validation_return": f.validation_return}
+                for f in progress.candidates
+            ],
+            "streams": {
+                name: generator.bit_generator.state for name, generator in streams._asdict().items()
+            },
+            "record_sizes": progress.record_sizes,
+            "sha256": digests,
+        }
+        (temporary / "state.json").write_text(files.to_json(state), "utf-8")
+
+    files.write_folder_atomic(path, write)
+    for older in _checkpoints(folder):
+        if older != path:
+            shutil.rmtree(older)
+    return path
+
+
+def newest_checkpoint(folder: Path) -> Path | None:
+    """The checkpoint that a run goes on from, or None where there is none."""
+    return max(_checkpoints(folder), default=None)
+
+
+def restore_checkpoint(path: Path, digest: str, agent: Agent, streams: Streams) -> Progress:
+    """Put a checkpoint into a fresh agent and its streams.
+
+    Raises:
+        UserError: the checkpoint is cut off, altered, of another config or another version.
+    """
+    state = files.read_json(path / "state.json")
+    if state.get("format_version") != FORMAT_VERSION:
+        raise UserError(
+            f"{path}: format_version = {state.get('format_version')!r}: "
+            f"this touchdown reads {FORMAT_VERSION}"
+        )
+    if state.get("config_digest") != digest:
+        raise UserError(
+            f"{path}: belongs to config {state.get('config_digest')!r}, this run's is {digest!r}"
+        )
+    try:
+        groups = {
+            name: files.read_tensors(path / f"{name}.safetensors", digest)[0]
+            for name, digest in state["sha256"].items()
+        }
+        agent.restore(groups, state["agent"])
+        for name, generator in streams._asdict().items():
+            generator.bit_generator.state = state["streams"][name]
+        candidates = [
+            Candidate(
+                f["observations"],
+                f["validation_return"],
+                groups["finalists"][str(f["observations"])],
+            )
+            for f in state["finalists"]
+        ]
+        return Progress(
+            episodes=state["episodes"],
+            next_validation=state["next_validation"],
+            seconds=state["seconds"],
+            trained=state["trained"],
+            finished=state["finished"],
+            solved=state["solved"] and Solved(**state["solved"]),
+            underway=[
+                _episode_from(number, index, groups["underway"])
+                for index, number in enumerate(state["underway"])
+            ],
+            candidates=candidates,
+            record_sizes=dict(state["record_sizes"]),
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise UserError(f"{path}: not a checkpoint of this run: {one_line(error)}") from None
+
+
+def _underway_tensors(episodes: Sequence[Episode]) -> Tensors:
+    tensors: Tensors = {}
+    for index, episode in enumerate(episodes):
+        tensors[f"{index}.actions"] = np.array(episode.actions, np.int32)
+        tensors[f"{index}.observation"] = np.array(episode.observation, np.float32)
+    return tensors
+
+
+def _episode_from(number: int, index: int, tensors: Tensors) -> Episode:
+    actions = tensors[f"{index}.actions"].tolist()
+    return Episode(number, tensors[f"{index}.observation"], actions)
+
+
+def _checkpoints(folder: Path) -> list[Path]:
+    return [path for path in folder.glob("[0-9]*") if path.is_dir() and path.name.isdecimal()]

@@ -1,0 +1,27 @@
+"""A run's learning curve, the last file that a run writes."""
+
+from touchdown.core import files
+from touchdown.envs import outcome
+from touchdown.figures import curve
+from touchdown.policies import weights as policy_weights
+from touchdown.runs.run import CURVE, Run
+
+
+def save(run: Run, title: str) -> None:
+    """Draw a run's episodes and validations, and mark the checkpoint that was chosen.
+
+    Args:
+        run: trained to its end.
+        title: of the figure.
+
+    Raises:
+        UserError: the run's files are broken, or the picture cannot be written.
+    """
+    curve.save_learning_curve(
+        run.path / CURVE,
+        files.read_jsonl(run.folder.episodes),
+        files.read_jsonl(run.folder.validations),
+        int(policy_weights.facts_of(run.folder.best)["observations"]),
+        title,
+        threshold=outcome.threshold_of(run.config.env_id),
+    )

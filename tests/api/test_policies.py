@@ -1,0 +1,98 @@
+from pathlib import Path
+
+import jax
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from touchdown.agents.networks import QNetwork
+from touchdown.api.policies import find_policy
+from touchdown.config.config import Config
+from touchdown.config.sections import NetworkConfig
+from touchdown.core.errors import UserError
+from touchdown.core.seeding import VALIDATION_STARTS
+from touchdown.evaluation.evaluator import Evaluator
+from touchdown.lander import engine as engines
+from touchdown.policies import lookup
+from touchdown.policies import weights as policy_weights
+from touchdown.runs import folder as folders
+
+CONFIG = Config(env_id="CartPole-v1", network=NetworkConfig(hidden_sizes=()))
+NETWORK = QNetwork(4, 2, CONFIG.network)
+OBSERVATIONS = np.random.default_rng(0).normal(size=(50, 4)).astype(np.float32)
+LANDER = "LunarLander-v3"
+SB3 = Path(__file__).parents[1] / "policies" / "foreign" / "sb3"
+
+
+def weights(path: Path, seed: int) -> np.ndarray:
+    """Writes a policy, and gives its actions."""
+    params = np.asarray(NETWORK.init(jax.random.key(seed)))
+    policy_weights.save_weights(path, NETWORK, params, {}, CONFIG)
+    return NETWORK.policy(params).act(OBSERVATIONS)
+
+
+@pytest.fixture
+def shipped(tmp_path, monkeypatch) -> Path:
+    folder = tmp_path / "weights"
+    folder.mkdir()
+    monkeypatch.setattr(lookup, "SHIPPED", folder)
+    return folder
+
+
+def test_a_pilot_that_comes_with_touchdown_goes_by_its_name(shipped, tmp_path):
+    actions = weights(shipped / "ace.safetensors", seed=0)
+    policy = find_policy("ace", tmp_path / "runs", LANDER)
+    assert (policy.name, policy.env_id) == ("ace", "CartPole-v1")
+    assert_array_equal(policy.policy.act(OBSERVATIONS), actions)
+
+
+def test_a_run_of_that_name_goes_before_it(shipped, tmp_path):
+    decoy = weights(shipped / "ace.safetensors", seed=0)
+    run = folders.create(tmp_path / "runs", CONFIG, "ace")
+    actions = weights(run.best, seed=1)
+    assert not np.array_equal(actions, decoy)
+    policy = find_policy("ace", tmp_path / "runs", LANDER)
+    assert_array_equal(policy.policy.act(OBSERVATIONS), actions)
+
+
+def test_a_folder_of_that_name_beside_it_is_no_run(shipped, tmp_path, monkeypatch):
+    weights(shipped / "ace.safetensors", seed=0)
+    (tmp_path / "ace").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert find_policy("ace", Path("runs"), LANDER).name == "ace"
+    with pytest.raises(UserError, match="holds no config"):
+        find_policy("./ace", Path("runs"), LANDER)
+
+
+def test_a_name_cannot_lead_out_of_the_folder(shipped, tmp_path):
+    weights(tmp_path / "secret.safetensors", seed=0)
+    assert shipped.is_dir()
+    with pytest.raises(UserError, match=r"run '\.\./secret': no such folder"):
+        find_policy("../secret", tmp_path / "runs", LANDER)
+
+
+def test_the_folder_of_shipped_pilots_is_in_the_package():
+    assert (lookup.SHIPPED / "README.md").is_file()
+
+
+def test_an_archive_of_stable_baselines_is_a_pilot_for_the_world_given(tmp_path):
+    policy = find_policy(SB3 / "dqn.zip", tmp_path, LANDER)
+    assert (policy.name, policy.env_id) == ("dqn", "LunarLander-v3")
+    assert policy.policy.act(np.zeros((2, 8), np.float32)).shape == (2,)
+    with pytest.raises(UserError, match="the world shows 4 and has 2 actions"):
+        find_policy(SB3 / "dqn.zip", tmp_path, "CartPole-v1")
+
+
+@pytest.mark.parametrize("name", ["x.onnx", "x.zip", "x.toml", "x.safetensors", "random"])
+def test_no_run_has_the_name_of_another_pilot(tmp_path, name):
+    with pytest.raises(UserError, match="means another policy"):
+        folders.create(tmp_path, CONFIG, name)
+
+
+def test_the_pilot_that_comes_along_lands_from_starts_that_it_was_not_chosen_by():
+    ace = lookup.load("ace")
+    evaluator = Evaluator(ace.env_id, engine=engines.engine_in_use())
+    results = evaluator.rollout(ace.policy, VALIDATION_STARTS[-40:])
+    evaluator.close()
+    assert {result.outcome for result in results} == {"landed"}
+    assert np.mean([result.episode_return for result in results]) > 275

@@ -1,0 +1,199 @@
+import html
+import json
+import re
+import shutil
+
+import pytest
+
+import touchdown
+from touchdown.api import studies
+from touchdown.cli import app
+from touchdown.core.errors import UserError
+from touchdown.studies.executors import LocalExecutor
+from touchdown.studies.store import open_store
+
+STUDY = """
+base = "cartpole"
+seeds = 2
+[config.training]
+max_env_steps = 1500
+validation_period = 500
+validation_episodes = 3
+final_validation_episodes = 3
+test_episodes = 4
+[config.replay]
+min_size = 200
+[[factor]]
+field = "learning.gamma"
+values = [0.9, 0.99]
+"""
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    """A finished study: its file and its results."""
+    folder = tmp_path_factory.mktemp("study")
+    file = folder / "tiny.toml"
+    file.write_text(STUDY)
+    state = studies.run_study(str(file), executor=LocalExecutor(2), results_dir=folder / "results")
+    assert (state.total, state.done, state.failed) == (4, 4, {})
+    return file, folder / "results"
+
+
+def test_its_runs_are_ordinary_run_folders(done):
+    _, results = done
+    runs = touchdown.list_runs(results / "runs")
+    assert [run.status for run in runs] == ["finished"] * 4
+    assert {run.config.digest for run in runs} == {run.name for run in runs}
+    assert all(len(run.evaluation.episodes) == 4 for run in runs)
+
+
+def test_run_again_it_has_nothing_to_do_and_more_seeds_are_all_it_adds(done):
+    file, results = done
+    before = {path.stat().st_mtime_ns for path in results.glob("runs/*/evaluation.json")}
+    state = studies.run_study(str(file), results_dir=results, executor=LocalExecutor(1))
+    assert (state.total, state.done) == (4, 4)
+    assert before == {path.stat().st_mtime_ns for path in results.glob("runs/*/evaluation.json")}
+    (status,) = studies.study_status("tiny", seeds=3, results_dir=results)
+    assert (status.runs, status.done) == (6, 4)
+
+
+def test_a_finished_study_equals_one_that_was_interrupted(done, tmp_path):
+    file, results = done
+    torn = tmp_path / "results"
+    shutil.copytree(results, torn)
+    victim = sorted((torn / "runs").iterdir())[0]
+    shutil.rmtree(victim)
+    studies.run_study(str(file), results_dir=torn, executor=LocalExecutor(1))
+
+    def flights(folder):
+        content = json.loads((folder / "runs" / victim.name / "evaluation.json").read_text())
+        return content["pilots"][0]["episodes"]
+
+    assert flights(torn) == flights(results)
+
+
+def test_its_report_has_figure_table_and_film(done, tmp_path):
+    file, results = done
+    report = studies.study_report("tiny", results_dir=results)
+    text = report.page.read_text()
+    assert report.page == results / "reports" / "tiny" / "index.html"
+    assert text.count("<svg") >= 1
+    assert "data:image/gif" in text
+    where = f"--results-dir {results}"
+    again = f"touchdown study run {file} {where} && touchdown study report tiny {where}"
+    assert html.escape(again) in text
+    links = re.findall(r'href="([^"]*learning-curve[^"]*)"', text)
+    assert len(links) == 4
+    assert all((report.page.parent / link).is_file() for link in links)
+    elsewhere = studies.study_report("tiny", results_dir=results, out=tmp_path / "page")
+    assert "learning-curve" not in elsewhere.page.read_text()
+    assert f"report tiny --out {tmp_path / 'page'} {where}" in elsewhere.page.read_text()
+    table = (tmp_path / "page" / "tables" / "tiny.csv").read_text().splitlines()
+    assert len(table) == 5
+    assert table[0].startswith("study,learning.gamma,seed,run,best_return")
+
+
+def test_runs_are_compared_on_a_page(done, tmp_path):
+    _, results = done
+    names = sorted(path.name for path in (results / "runs").iterdir())
+    page = studies.compare(names, out=tmp_path / "out", runs_dir=results / "runs")
+    text = page.read_text()
+    assert "4 runs of 2 settings" in text
+    assert "learning.gamma" in text
+
+
+def test_runs_of_several_folders_are_compared(done, tmp_path):
+    _, results = done
+    worst, *_, best = sorted(
+        touchdown.list_runs(results / "runs"), key=lambda run: run.evaluation.summary.mean
+    )
+    shutil.copytree(best.path, tmp_path / "elsewhere" / "other")
+    names = [str(worst.path), str(tmp_path / "elsewhere" / "other")]
+    text = studies.compare(names, out=tmp_path / "out").read_text()
+    assert "elsewhere/other/learning-curve.png" in text
+    assert "data:image/gif" in text
+
+
+def test_runs_of_settings_without_a_known_preset_are_compared_too(done, tmp_path):
+    _, results = done
+    first, second = sorted((results / "runs").iterdir())[:2]
+    runs = tmp_path / "runs"
+    for source in (first, second):
+        shutil.copytree(source, runs / source.name)
+        settings = runs / source.name / "config.toml"
+        settings.write_text(settings.read_text().replace('"cartpole"', '"cartpole-tuned"'))
+    page = studies.compare([first.name, second.name], out=tmp_path / "out", runs_dir=runs)
+    assert "2 runs of" in page.read_text()
+
+
+def test_what_is_still_to_do_is_estimated_from_the_speed_of_what_is_done(done):
+    file, results = done
+    found = studies.estimate_study(str(file), seeds=4, workers=2, results_dir=results)
+    assert (found.missing, found.observations, found.measured) == (4, 6_000, 0)
+    assert 0 < found.seconds < 60
+    assert "4 runs of 0.0 million observations are missing" in str(found)
+
+
+def test_a_kind_of_run_that_is_not_known_is_flown_to_know_it(done, tmp_path):
+    file, _ = done
+    found = studies.estimate_study(str(file), workers=1, results_dir=tmp_path / "none")
+    assert (found.missing, found.measured) == (4, 1)
+    assert found.seconds > 0
+    assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.parametrize(
+    ("argv", "said"),
+    [
+        (["study", "run", "nothing"], "study 'nothing': unknown; choose one of paper, ladder"),
+        (["study", "run", "nothing.toml"], "nothing.toml: cannot be read"),
+        (["study", "run", "ladder", "--seeds", "0"], "seeds = 0: must be from 1"),
+        (["study", "run", "ladder", "--on", "mars"], "on = 'mars': must be local, ray"),
+        (["study", "run", "ladder", "--workers", "0"], "workers = 0: must be from 1"),
+        (["study", "status"], "holds no studies"),
+        (["study", "report", "--results-dir", "none"], "'none': holds no studies"),
+        (["compare", "nothing"], "run 'nothing': no such folder"),
+        (["tune", "agent", "nothing"], "preset 'nothing': unknown"),
+        (["tune", "agent", "tabular-q"], "algorithm = 'tabular': must be dqn or pqn"),
+        (["tune", "agent", "pilot", "--trials", "0"], "trials = 0: must be at least 1"),
+    ],
+)
+def test_bad_input_is_one_line_and_harms_nothing(argv, said, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as stopped:
+        app.main(argv)
+    complaint = capsys.readouterr().err
+    assert stopped.value.code == 2
+    assert said in complaint
+    assert complaint.count("\n") == 1
+    assert not list(tmp_path.glob("runs/studies/runs/*"))
+
+
+def test_a_report_of_what_was_not_run_is_refused(tmp_path):
+    open_store(tmp_path / "results", make=True)
+    with pytest.raises(UserError, match="none of its runs is done; begin: touchdown study run"):
+        studies.study_report("ladder", results_dir=tmp_path / "results")
+
+
+def test_studies_are_listed_for_people_and_for_scripts(capsys):
+    app.main(["study", "list"])
+    assert "target-period" in capsys.readouterr().out
+    app.main(["study", "list", "--json"])
+    found = json.loads(capsys.readouterr().out)
+    assert [each["name"] for each in found][:2] == ["ladder", "hover"]
+
+
+def test_an_agents_settings_are_searched_and_the_search_goes_on(tmp_path):
+    pytest.importorskip("optuna")
+    out = tmp_path / "found.toml"
+    settings = {"seeds": 2, "observations": 1_000, "out": out, "results_dir": tmp_path / "results"}
+    first = studies.tune_agent("cartpole", trials=2, executor=LocalExecutor(2), **settings)
+    assert first.trials == 2
+    more = studies.tune_agent("cartpole", trials=3, executor=LocalExecutor(2), **settings)
+    assert more.trials == 3
+    assert more.value >= first.value
+    winner = touchdown.preset("cartpole")
+    from_file = app.from_values(app.read_toml(out), winner, out)
+    assert from_file.learning.gamma == pytest.approx(more.changed["learning.gamma"])
+    assert all(run.config.seed >= 10_000 for run in touchdown.list_runs(tmp_path / "results/runs"))

@@ -1,0 +1,43 @@
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+PROGRAM = (
+    "from touchdown.core import device; device.use('cpu'); import jax;"
+    "print(jax.config.jax_compilation_cache_dir); jax.jit(lambda x: x + 1)(1.0)"
+)
+
+
+def said(**environment: str) -> str:
+    kept = {k: v for k, v in os.environ.items() if k != "JAX_COMPILATION_CACHE_DIR"}
+    run = subprocess.run(
+        [sys.executable, "-W", "error", "-c", PROGRAM],
+        env={**kept, **environment},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert run.stderr == ""
+    return run.stdout.strip()
+
+
+def test_what_is_compiled_is_kept_in_the_users_cache_and_found_again(tmp_path):
+    folder = Path(said(XDG_CACHE_HOME=str(tmp_path)))
+    assert folder.parent == tmp_path / "touchdown"
+    kept = sorted(path.name for path in folder.iterdir() if "atime" not in path.name)
+    assert kept
+    assert said(XDG_CACHE_HOME=str(tmp_path)) == str(folder)
+    assert sorted(path.name for path in folder.iterdir() if "atime" not in path.name) == kept
+
+
+def test_a_cache_that_the_user_chose_is_left_alone(tmp_path):
+    chosen = tmp_path / "mine"
+    chosen.mkdir()
+    assert said(JAX_COMPILATION_CACHE_DIR=str(chosen)) == str(chosen)
+
+
+def test_without_a_place_for_it_nothing_is_kept_and_all_goes_on(tmp_path):
+    taken = tmp_path / "file"
+    taken.write_text("not a folder", "utf-8")
+    assert said(XDG_CACHE_HOME=str(taken)) == "None"

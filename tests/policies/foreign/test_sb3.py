@@ -1,0 +1,225 @@
+import io
+import json
+import re
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from touchdown.core.errors import UserError
+from touchdown.policies.foreign.archive import Archive
+from touchdown.policies.foreign.sb3 import read_sb3
+from touchdown.policies.foreign.torch_state import read_state
+
+SAVED = Path(__file__).parent / "sb3"  # by Stable-Baselines3 itself; see make_sb3.py
+WORLD = "LunarLander-v3"
+OBSERVATIONS = np.random.default_rng(0).normal(size=(200, 8)).astype(np.float32)
+
+
+def refusal(path: Path, env_id: str = WORLD) -> str:
+    with pytest.raises(UserError) as said:
+        read_sb3(path, env_id)
+    assert "\n" not in str(said.value)
+    return str(said.value)
+
+
+def rewritten(
+    path: Path,
+    out: Path,
+    change: Callable[[dict[str, Any]], object] = dict,
+    **members: bytes | None,
+) -> Path:
+    """An archive with other facts in `data`, and other members; None leaves one out."""
+    with zipfile.ZipFile(path) as archive:
+        content = {name: archive.read(name) for name in archive.namelist()}
+    data = json.loads(content["data"])
+    change(data)
+    content |= {"data": json.dumps(data).encode()} | {
+        name.replace("_pth", ".pth"): value for name, value in members.items()
+    }
+    with zipfile.ZipFile(out, "w") as archive:
+        for name, value in content.items():
+            if value is not None:
+                archive.writestr(name, value)
+    return out
+
+
+def renamed(path: Path, before: bytes, after: bytes) -> bytes:
+    """The weights of an archive, some bytes of their names replaced."""
+    with zipfile.ZipFile(io.BytesIO(zipfile.ZipFile(path).read("policy.pth"))) as archive:
+        content = {name: archive.read(name) for name in archive.namelist()}
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w") as archive:
+        for name, value in content.items():
+            archive.writestr(name, value.replace(before, after))
+    return file.getvalue()
+
+
+@pytest.mark.parametrize("name", ["dqn", "qrdqn", "ppo", "a2c"])
+def test_a_policy_acts_as_stable_baselines_said_it_does(name):
+    expected = json.loads((SAVED / "actions.json").read_text())[name]
+    assert len(set(expected)) > 2
+    assert read_sb3(SAVED / f"{name}.zip", WORLD).act(OBSERVATIONS).tolist() == expected
+
+
+def test_its_values_are_those_of_the_layers_worked_out_by_hand():
+    state = read_state(Archive((SAVED / "ppo.zip").read_bytes()).read("policy.pth", 100_000))
+    hidden = np.tanh(
+        OBSERVATIONS @ state["mlp_extractor.policy_net.0.weight"].T
+        + state["mlp_extractor.policy_net.0.bias"]
+    )
+    logits = hidden @ state["action_net.weight"].T + state["action_net.bias"]
+    values = read_sb3(SAVED / "ppo.zip", WORLD).values(OBSERVATIONS)
+    assert_allclose(values, logits, atol=1e-5)
+
+
+def test_the_activation_in_plain_text_goes_before_the_algorithms_own(tmp_path):
+    """A2C's default is tanh; this archive says ReLU, and the decoy has lost the word."""
+
+    def forget(facts: dict[str, Any]) -> None:
+        del facts["policy_kwargs"]["activation_fn"]
+
+    path = rewritten(SAVED / "a2c.zip", tmp_path / "tanh.zip", forget)
+    expected = json.loads((SAVED / "actions.json").read_text())["a2c"]
+    assert read_sb3(path, WORLD).act(OBSERVATIONS).tolist() != expected
+
+
+def test_layers_shared_by_actor_and_critic_come_first(tmp_path):
+    """Before 1.8 some lay under shared_net; here the only one does, and the policy is the same."""
+    policy = renamed(SAVED / "ppo.zip", b"tor.policy_net.", b"tor.shared_net.")
+    path = rewritten(SAVED / "ppo.zip", tmp_path / "old.zip", policy_pth=policy)
+    expected = json.loads((SAVED / "actions.json").read_text())["ppo"]
+    assert read_sb3(path, WORLD).act(OBSERVATIONS).tolist() == expected
+
+
+def setting(section: str, name: str, value: object) -> Callable[[dict[str, Any]], None]:
+    def change(facts: dict[str, Any]) -> None:
+        facts[section] = dict(facts[section]) | {name: value}
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (
+            setting("policy_class", "__module__", "sbx.dqn.policies"),
+            "SBX saved it, which keeps weights as a pickle; a pickle is never opened",
+        ),
+        (setting("policy_class", "__module__", "mine"), "its policy's class is from 'mine'; only"),
+        (lambda facts: facts.pop("policy_class"), "from 'a place that it does not name'"),
+        (
+            setting("action_space", ":type:", "<class 'gymnasium.spaces.box.Box'>"),
+            "its action_space is Box, must be Discrete",
+        ),
+        (
+            setting("action_space", ":type:", "<class 'gym.spaces.MultiDiscrete'>"),
+            "its action_space is MultiDiscrete, must be Discrete",
+        ),
+        (lambda facts: facts.pop("action_space"), "its action_space is None"),
+        (setting("action_space", "start", "1"), "its actions do not start at 0"),
+        (setting("action_space", "n", "5"), "for 5 actions; the world shows 8 and has 4 actions"),
+        (
+            setting("observation_space", ":type:", "<class 'gymnasium.spaces.dict.Dict'>"),
+            "its observation_space is Dict, must be Box or Discrete",
+        ),
+        (
+            setting("policy_kwargs", "activation_fn", "<class 'torch.nn.modules.activation.ELU'>"),
+            "its activation is ELU, must be one of ReLU, Tanh, SiLU",
+        ),
+        (
+            setting("policy_kwargs", "activation_fn", "<function f at 0x7f>"),
+            "its activation is <function f at 0x7f>, must be one of",
+        ),
+        (
+            setting("policy_kwargs", "features_extractor_class", "<class 'mine.Scale'>"),
+            "its features extractor is Scale, must be FlattenExtractor",
+        ),
+    ],
+)
+def test_what_another_kind_of_pilot_saved_is_refused(tmp_path, change, said):
+    assert said in refusal(rewritten(SAVED / "dqn.zip", tmp_path / "other.zip", change))
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        (b"q_net.q_net.0", b"q_net.cnn_1.0", "other layers than linear ones"),
+        (b"q_net.q_net.2", b"q_net.q_net.3", "q_net.q_net has other layers than linear ones"),
+        (b"q_net.q_net.2.bias", b"q_net.q_net.2.gain", "other layers than linear ones"),
+        (b"q_net.q_net.", b"k_net.k_net.", "not those of DQN, QRDQN, PPO or A2C"),
+        (b"q_net.q_net.0.weight", b"features_extractor.0", "a features extractor with weights"),
+        (b"q_net.q_net.0.weight", b"lstm_actor.weight_hh", "it is recurrent"),
+    ],
+)
+def test_weights_of_another_kind_of_network_are_refused(tmp_path, before, after, said):
+    policy = renamed(SAVED / "dqn.zip", before, after)
+    path = rewritten(SAVED / "dqn.zip", tmp_path / "other.zip", policy_pth=policy)
+    assert said in refusal(path)
+
+
+def test_an_actor_of_continuous_actions_is_refused(tmp_path):
+    policy = renamed(SAVED / "ppo.zip", b"\x0e\0\0\0value_net.bias", b"\x07\0\0\0log_std")
+    path = rewritten(SAVED / "ppo.zip", tmp_path / "other.zip", policy_pth=policy)
+    assert "not those of DQN, QRDQN, PPO or A2C with numbered actions" in refusal(path)
+
+
+def test_a_policy_for_another_world_is_refused_with_the_way_to_name_it():
+    said = refusal(SAVED / "dqn.zip", "CartPole-v1")
+    assert "it takes 8 numbers and gives 4, for 4 actions" in said
+    assert "the world shows 4 and has 2 actions (--env-id names it)" in said
+
+
+@pytest.mark.parametrize("statistics", ["vec_normalize.pkl", "vecnormalize.pkl"])
+def test_a_policy_whose_observations_were_normalised_is_refused(tmp_path, statistics):
+    path = tmp_path / "dqn.zip"
+    path.write_bytes((SAVED / "dqn.zip").read_bytes())
+    (tmp_path / statistics).write_bytes(b"a pickle")
+    assert f"{statistics} lies beside it, so its observations were normalised" in refusal(path)
+
+
+@pytest.mark.parametrize(
+    ("members", "said"),
+    [
+        ({"policy_pth": None}, "holds no 'policy.pth'"),
+        ({"data": None}, "holds no 'data'"),
+        ({"data": b"{"}, "not JSON"),
+        ({"data": b"[" * 100_000}, "not JSON"),
+        ({"data": b"[]"}, "must be a JSON object"),
+        ({"data": b"{}"}, "its policy's class is from"),
+        ({"data": b'{"policy_class": 3}'}, "its policy's class is from"),
+        ({"policy_pth": b"\x80\x02"}, "not a whole zip archive"),
+    ],
+)
+def test_a_broken_archive_is_refused(tmp_path, members, said):
+    assert said in refusal(rewritten(SAVED / "dqn.zip", tmp_path / "broken.zip", **members))
+
+
+def test_an_archive_cut_off_anywhere_is_refused(tmp_path):
+    data = (SAVED / "dqn.zip").read_bytes()
+    path = tmp_path / "cut.zip"
+    for length in range(0, len(data), 97):
+        path.write_bytes(data[:length])
+        refusal(path)
+
+
+def test_an_archive_that_is_too_large_is_not_read(tmp_path, monkeypatch):
+    path = tmp_path / "huge.zip"
+    with path.open("wb") as file:
+        file.truncate((128 << 20) + 1)
+    assert "has 134217729 bytes, must be at most 134217728" in refusal(path)
+    bomb = tmp_path / "bomb.zip"
+    with zipfile.ZipFile(bomb, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("data", bytes(100_000))
+    monkeypatch.setattr("touchdown.policies.foreign.sb3._MOST_BYTES", 99_999)
+    assert "'data' has 100000 bytes, must be at most 99999" in refusal(bomb)
+
+
+def test_what_is_not_there_or_no_file_is_refused(tmp_path):
+    assert "cannot be read: No such file" in refusal(tmp_path / "gone.zip")
+    (tmp_path / "folder.zip").mkdir()
+    assert re.search("cannot be read: Is a directory", refusal(tmp_path / "folder.zip"))

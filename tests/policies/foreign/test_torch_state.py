@@ -1,0 +1,230 @@
+import io
+import pickle
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from touchdown.policies.foreign.archive import Archive
+from touchdown.policies.foreign.torch_state import read_state
+
+REAL = Path(__file__).parent / "sb3" / "dqn.zip"
+
+
+def text(value: str) -> bytes:
+    data = value.encode()
+    return b"X" + len(data).to_bytes(4, "little") + data
+
+
+def number(value: int) -> bytes:
+    return b"J" + value.to_bytes(4, "little", signed=True)
+
+
+def numbers(values: tuple[int, ...]) -> bytes:
+    return b"(" + b"".join(map(number, values)) + b"t"
+
+
+def tensor(
+    shape: tuple[int, ...],
+    strides: tuple[int, ...],
+    *,
+    offset: int = 0,
+    storage: str = "FloatStorage",
+    key: str = "0",
+    count: int = 6,
+) -> bytes:
+    """The operations that stand for one array, as PyTorch writes them."""
+    return (
+        b"ctorch._utils\n_rebuild_tensor_v2\n(("
+        + text("storage")
+        + f"ctorch\n{storage}\n".encode()
+        + text(key)
+        + text("cuda:0")
+        + number(count)
+        + b"tQ"
+        + number(offset)
+        + numbers(shape)
+        + numbers(strides)
+        + b"\x89ccollections\nOrderedDict\n)RtR"
+    )
+
+
+def state(**tensors: bytes) -> bytes:
+    """The program of a state dict."""
+    items = b"".join(text(name) + operations for name, operations in tensors.items())
+    return b"\x80\x02ccollections\nOrderedDict\n)R(" + items + b"u."
+
+
+def saved(program: bytes, **members: bytes) -> bytes:
+    """A file of torch.save, its six numbers 0 to 5."""
+    file = io.BytesIO()
+    content = {"data/0": np.arange(6, dtype="<f4").tobytes(), **members}
+    with zipfile.ZipFile(file, "w") as archive:
+        archive.writestr("x/data.pkl", program)
+        for name, data in content.items():
+            archive.writestr(f"x/{name}", data)
+    return file.getvalue()
+
+
+def test_an_array_is_laid_out_by_its_strides():
+    arrays = read_state(
+        saved(
+            state(
+                rows=tensor((2, 3), (3, 1)),
+                turned=tensor((3, 2), (1, 3)),
+                part=tensor((2,), (2,), offset=3),
+                single=tensor((), (), offset=4),
+            )
+        )
+    )
+    assert_array_equal(arrays["rows"], [[0, 1, 2], [3, 4, 5]])
+    assert_array_equal(arrays["turned"], [[0, 3], [1, 4], [2, 5]])
+    assert_array_equal(arrays["part"], [3, 5])
+    assert_array_equal(arrays["single"], 4)
+    assert {array.dtype for array in arrays.values()} == {np.dtype("<f4")}
+
+
+@pytest.mark.parametrize(
+    ("storage", "dtype"),
+    [("DoubleStorage", "<f8"), ("HalfStorage", "<f2"), ("LongStorage", "<i8")],
+)
+def test_numbers_of_other_types_are_read_as_such(storage, dtype):
+    program = state(a=tensor((6,), (1,), storage=storage))
+    data = np.arange(6, dtype=dtype).tobytes()
+    (array,) = read_state(saved(program, **{"data/0": data})).values()
+    assert array.dtype == dtype
+    assert_array_equal(array, range(6))
+
+
+def test_what_is_no_array_is_left_out():
+    program = state(a=tensor((6,), (1,)), note=text("hello"))
+    assert list(read_state(saved(program))) == ["a"]
+
+
+class Evil:
+    """Unpickled, it makes a file."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Path.touch, (self.path,)
+
+
+@pytest.mark.parametrize("protocol", range(pickle.HIGHEST_PROTOCOL + 1))
+def test_a_pickle_that_would_run_something_is_refused_and_runs_nothing(tmp_path, protocol):
+    marker = tmp_path / "run"
+    program = pickle.dumps(Evil(marker), protocol)
+    with pytest.raises(ValueError, match="which no state dict needs"):
+        read_state(saved(program))
+    assert not marker.exists()
+    pickle.loads(program)  # noqa: S301 - the decoy is a real one
+    assert marker.exists()
+
+
+@pytest.mark.parametrize(
+    ("program", "said"),
+    [
+        (b"\x80\x02cos\nsystem\n" + text("true") + b"\x85R.", "names 'os.system'"),
+        (b"\x80\x02cnumpy\nload\n.", "names 'numpy.load'"),
+        (b"\x80\x02ctorch\nFloatStorage.__init__\n.", "names 'torch.FloatStorage.__init__'"),
+        (b"(S'a'\nios\nsystem\n.", "has STRING, which no state dict needs"),
+        (b"\x80\x02]" + b".", "has EMPTY_LIST"),
+        (b"\x80\x02)R.", "broken"),
+        (b"\x80\x02h\x05.", "broken"),
+        (b"\x80\x02u.", "broken"),
+        (b"\x80\x02(K\x01s.", "broken"),
+        (b"\x80\x02}(K\x01u.", "broken"),
+        (b"\x80\x02})K\x01s.", "not a name"),
+        (b"\x80\x02K\x01.", "something else than a state dict"),
+        (b"\x80\x02ccollections\nOrderedDict\nK\x01R.", "not an array"),
+        (b"\x80\x02K\x01Q.", "not a storage"),
+        (b"", "no whole pickle"),
+        (b"\x80\x02X\xff\xff\xff\x7fab", "no whole pickle"),
+        (b"\xff\xfe", "no whole pickle"),
+        (b"N" * 2_000_000 + b".", "has 2000001 bytes, must be at most"),
+    ],
+)
+def test_a_program_of_anything_else_is_refused(program, said):
+    with pytest.raises(ValueError, match=said):
+        read_state(saved(program))
+
+
+@pytest.mark.parametrize(
+    "array",
+    [
+        tensor((7,), (1,)),
+        tensor((2, 3), (4, 1)),
+        tensor((6,), (1,), offset=1),
+        tensor((2,), (-1,), offset=3),
+        tensor((-2, -3), (1, 1)),
+        tensor((6,), (0,), count=2),
+        tensor((2, 3), (3,)),
+        tensor((0,), (1,)),
+        tensor((1,), (2**31 - 1,)),
+        tensor((1,) * 9, (1,) * 9),
+        tensor((2**31 - 1,), (1,), count=2**31 - 1),
+    ],
+)
+def test_an_array_that_reaches_out_of_its_numbers_is_refused(array):
+    with pytest.raises(ValueError, match=r"its data\.pkl has an array"):
+        read_state(saved(state(a=array)))
+
+
+def test_many_large_arrays_are_refused_before_one_is_read():
+    huge = {f"a{n}": tensor((1,), (1,), count=2**25, key="none") for n in range(3)}
+    with pytest.raises(ValueError, match="more than 67108864 numbers"):
+        read_state(saved(state(**huge)))
+
+
+@pytest.mark.parametrize(
+    ("array", "said"),
+    [
+        (tensor((6,), (1,), key="../0"), "holds no"),
+        (tensor((6,), (1,), key="1"), "holds no"),
+        (tensor((6,), (1,), count=7), "has 24 bytes, must be 28"),
+        (tensor((5,), (1,), count=5), "has 24 bytes, must be at most 20"),
+        (tensor((6,), (1,), storage="BFloat16Storage"), "names 'torch.BFloat16Storage'"),
+    ],
+)
+def test_numbers_that_are_not_there_are_refused(array, said):
+    with pytest.raises(ValueError, match=said):
+        read_state(saved(state(a=array)))
+
+
+def test_numbers_in_another_order_are_refused():
+    with pytest.raises(ValueError, match="not little-endian"):
+        read_state(saved(state(), byteorder=b"big"))
+    assert read_state(saved(state(), byteorder=b"little")) == {}
+
+
+def test_a_file_without_a_program_is_refused():
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w") as archive:
+        archive.writestr("x/data/0", b"")
+    with pytest.raises(ValueError, match=r"holds no data\.pkl"):
+        read_state(file.getvalue())
+
+
+def test_a_program_with_an_altered_byte_is_read_or_refused_but_never_breaks():
+    policy = Archive(REAL.read_bytes()).read("policy.pth", 100_000)
+    with zipfile.ZipFile(io.BytesIO(policy)) as archive:
+        members = {info.filename: archive.read(info) for info in archive.infolist()}
+    chance = np.random.default_rng(0)
+    name = next(name for name in members if name.endswith("data.pkl"))
+    refused = 0
+    for _ in range(500):
+        program = bytearray(members[name])
+        program[chance.integers(len(program))] = chance.integers(256)
+        file = io.BytesIO()
+        with zipfile.ZipFile(file, "w") as archive:
+            for member, data in (members | {name: bytes(program)}).items():
+                archive.writestr(member, data)
+        try:
+            read_state(file.getvalue())
+        except ValueError:
+            refused += 1
+    assert 50 < refused < 500
