@@ -272,7 +272,7 @@ def test_a_finished_run_is_not_trained_again(finished):
 _CHILD = """
 import sys
 from pathlib import Path
-from touchdown import device
+from touchdown.core import device
 device.use("cpu")
 from touchdown.runs.folder import RunFolder
 from touchdown.training.trainer import Trainer
