@@ -20,7 +20,7 @@ from touchdown.config.config import Config
 from touchdown.config.sections import ExplorationConfig
 from touchdown.core.seeding import streams, training_start
 from touchdown.envs import environment
-from touchdown.envs.pool import StockEnvPool
+from touchdown.envs.pool import make_pool
 from touchdown.figures import policy_map, style
 from touchdown.figures.grid import cells_of, grid_of
 from touchdown.training.loop import begin, interact
@@ -37,17 +37,16 @@ def config_of(preset: str, seed: int) -> Config:
 
 def learn(config: Config, steps: int) -> tuple[TabularAgent, list[float]]:
     """The agent after so many steps, and the returns of its episodes."""
-    world = environment.make_env(config.env_id)
-    indices = StockEnvPool([world.env])
-    agent = TabularAgent(config, world.spaces, streams(config.seed))
+    pool = make_pool(config.env_id, 1, "gymnasium")
+    agent = TabularAgent(config, pool.spaces, streams(config.seed))
 
     def start_of(episode: int) -> int:
         return training_start(config.seed, episode)
 
     agent.begin_episode(0)
-    moments = islice(interact(agent, indices, start_of, begin(indices, start_of, 1)), steps)
-    returns = [episode.episode_return for agent_step in moments for episode in agent_step.ended]
-    indices.close()
+    agent_steps = islice(interact(agent, pool, start_of, begin(pool, start_of, 1)), steps)
+    returns = [episode.episode_return for agent_step in agent_steps for episode in agent_step.ended]
+    pool.close()
     return agent, returns
 
 

@@ -6,9 +6,12 @@ from typing import Any
 import numpy as np
 
 from touchdown.agents.agent import Agent
-from touchdown.core.types import StepResult
+from touchdown.core.types import Spaces, StepResult
+from touchdown.envs.environment import MadeEnv
 from touchdown.envs.pool import StockEnvPool
 from touchdown.training.loop import AgentStep, begin, interact
+
+SPACES = Spaces(observation_size=5, num_actions=2)  # of the chain
 
 
 def observe(
@@ -33,6 +36,6 @@ def act(agent: Agent, observation: np.ndarray) -> int:
 
 def fly(agent: Agent, *envs: Any, start_of: Callable[[int], int] = int) -> Iterator[AgentStep]:
     """The loop over these worlds from their first episodes on."""
-    indices = StockEnvPool(envs)
+    pool = StockEnvPool([MadeEnv(env, SPACES) for env in envs])
     agent.begin_episode(0)
-    return interact(agent, indices, start_of, begin(indices, start_of, len(envs)))
+    return interact(agent, pool, start_of, begin(pool, start_of, len(envs)))

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from stepping import fly
+from stepping import SPACES, fly
 from touchdown.agents.dqn import DQNAgent
 from touchdown.core.types import StepResult
+from touchdown.envs.environment import MadeEnv
 from touchdown.envs.episodes import Episode, Underway
 from touchdown.envs.pool import StockEnvPool
 from touchdown.training.loop import AgentStep, interact
@@ -168,7 +169,9 @@ def begun(env: Any, starts: dict[int, int], number: int) -> Underway:
 def test_the_loop_tells_the_agent_all_that_happens_in_order(chain):
     agent, env = Script(), chain(limit=2)
     starts = {7: 3, 8: 1, 9: 2}
-    loop = interact(agent, StockEnvPool([env]), starts.__getitem__, begun(env, starts, 7))
+    loop = interact(
+        agent, StockEnvPool([MadeEnv(env, SPACES)]), starts.__getitem__, begun(env, starts, 7)
+    )
     steps = list(islice(loop, 5))
     assert agent.heard == [
         ("act", 3),
@@ -194,7 +197,7 @@ def test_the_loop_tells_the_agent_all_that_happens_in_order(chain):
         [(8, 0.0, 2)],
         [],
     ]
-    assert [int(step.steps.observations.argmax()) for step in steps] == [4, 4, 2, 3, 3]
+    assert [int(step.result.observations.argmax()) for step in steps] == [4, 4, 2, 3, 3]
     assert [step.metrics for step in steps] == [{"heard": n} for n in (2, 4, 7, 9, 12)]
     assert all(isinstance(step, AgentStep) for step in steps)
 
@@ -218,7 +221,7 @@ def test_worlds_side_by_side_each_begin_the_next_episode_when_theirs_ends(chain)
 
 def test_the_loop_does_nothing_before_it_is_asked_for_a_step(chain):
     agent, env = Script(), chain()
-    loop = interact(agent, StockEnvPool([env]), int, begun(env, {0: 0}, 0))
+    loop = interact(agent, StockEnvPool([MadeEnv(env, SPACES)]), int, begun(env, {0: 0}, 0))
     assert agent.heard == []
     next(loop)
     assert agent.heard == [("act", 0), (0, 1, 0.0, 1, False, False, 1)]

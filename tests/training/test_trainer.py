@@ -24,7 +24,7 @@ from touchdown.config.sections import (
     TrainingConfig,
 )
 from touchdown.core import files
-from touchdown.core.errors import UserError
+from touchdown.core.errors import Interrupted, UserError
 from touchdown.envs import flight as flights
 from touchdown.evaluation import evaluation as evaluations
 from touchdown.lander import engine as engines
@@ -32,10 +32,9 @@ from touchdown.policies import weights as policy_weights
 from touchdown.runs import folder as folders
 from touchdown.runs import run as runs
 from touchdown.runs.folder import RunFolder
-from touchdown.training import trainer
-from touchdown.training import trainer as trainer_module
+from touchdown.training import selection
 from touchdown.training.checkpoint import newest_checkpoint
-from touchdown.training.trainer import Interrupted, Trainer
+from touchdown.training.trainer import Trainer
 
 
 def small_config(**training) -> Config:
@@ -567,9 +566,7 @@ def solving_config(**training: Any) -> Config:
 
 
 def test_a_run_stops_as_soon_as_fresh_starts_leave_no_doubt(tmp_path, monkeypatch):
-    monkeypatch.setattr(
-        trainer_module, "threshold_of", lambda _: 1.0
-    )  # every return here is above it
+    monkeypatch.setattr(selection, "threshold_of", lambda _: 1.0)  # every return is above it
     folder = folders.create(tmp_path, solving_config(), "solved")
     train(folder)
     validations, facts = files.read_jsonl(folder.validations), policy_weights.facts_of(folder.best)
@@ -589,7 +586,7 @@ def test_a_mean_just_above_the_threshold_leaves_doubt(tmp_path, monkeypatch):
     )
     train(looked)
     best = max(row["mean_return"] for row in files.read_jsonl(looked.validations))
-    monkeypatch.setattr(trainer_module, "threshold_of", lambda _: best)
+    monkeypatch.setattr(selection, "threshold_of", lambda _: best)
     folder = folders.create(tmp_path, config, "doubted")
     train(folder)
     assert "solved_seconds" not in policy_weights.facts_of(folder.best)
@@ -599,5 +596,5 @@ def test_a_mean_just_above_the_threshold_leaves_doubt(tmp_path, monkeypatch):
 def test_a_world_without_a_threshold_cannot_be_solved():
     config = replace(solving_config(), env_id="Pendulum-v1")
     with pytest.raises(UserError, match="stop_when_solved = True: must be False for env_id = 'Pen"):
-        trainer.stop_threshold(config)
-    assert trainer.stop_threshold(small_config()) is None
+        selection.stop_threshold(config)
+    assert selection.stop_threshold(small_config()) is None

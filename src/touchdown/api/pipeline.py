@@ -75,7 +75,7 @@ def _completed(folder: RunFolder, shown: Console) -> Run:
                 should_stop=stop,
                 on_status=view.status,
                 on_phase=view.phase,
-                on_flight=view.advance,
+                on_episode=view.advance,
             )
         ) as trainer,
     ):

@@ -29,7 +29,7 @@ from touchdown.runs import folder as folders
 from touchdown.runs.folder import DEFAULT_RUNS
 from touchdown.runs.run import Run
 from touchdown.training import pid_tuning
-from touchdown.training.trainer import stop_threshold
+from touchdown.training.selection import stop_threshold
 
 
 def train(

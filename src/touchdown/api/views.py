@@ -11,7 +11,7 @@ from rich.text import Text
 from touchdown.core.progress import View, clock, count_bar, share_bar
 from touchdown.studies.executors import Event
 from touchdown.studies.runner import State
-from touchdown.training.trainer import Status
+from touchdown.training.pace import TrainingStatus
 
 _SETTLED = 0.2  # share of training after which the recent return means something
 
@@ -29,7 +29,7 @@ class TrainingView(View):
         self._name = name
         self._phase = count_bar(console)
 
-    def status(self, status: Status) -> None:
+    def status(self, status: TrainingStatus) -> None:
         """Show where training stands."""
         if self._console.is_terminal:
             self._live.update(self._draw(status))
@@ -47,12 +47,12 @@ class TrainingView(View):
         for task in self._phase.task_ids:
             self._phase.advance(task)
 
-    def _draw(self, status: Status) -> Group:
+    def _draw(self, status: TrainingStatus) -> Group:
         loss = "-" if status.loss is None else f"{status.loss:.3g}"
         table = Table.grid(padding=(0, 1))
         cells = [
             ("episode", f"{status.episode}"),
-            ("observations", f"{status.observations:,}"),
+            ("observations", f"{status.env_steps:,}"),
             ("return", f"{status.episode_return:.0f}"),
             ("mean of 100", f"{status.recent_return:.0f}"),
             ("ε", f"{status.epsilon:.3f}"),

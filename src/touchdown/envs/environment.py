@@ -1,7 +1,7 @@
 """Making an environment, and what an agent needs to know of it."""
 
 import warnings
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import gymnasium
 import numpy as np
@@ -71,7 +71,15 @@ def make_env(
     if action.start != 0:
         env.close()
         raise UserError(f"env_id {env_id!r}: its actions are {action}; they must start at 0")
-    sizes = Spaces(
+    return MadeEnv(env, _describe(env, num_states))
+
+
+def _describe(env: Env, num_states: int | None) -> Spaces:
+    observation, action = (
+        cast(spaces.Box, env.observation_space),
+        cast(spaces.Discrete, env.action_space),
+    )
+    return Spaces(
         observation.shape[0],
         int(action.n),
         num_states,
@@ -79,7 +87,6 @@ def make_env(
         tuple(observation.high.tolist()),
         None if num_states is None else getattr(env.unwrapped, "P", None),
     )
-    return MadeEnv(env, sizes)
 
 
 def _exact_lander(render_mode: str | None) -> Env:
@@ -90,7 +97,9 @@ def _exact_lander(render_mode: str | None) -> Env:
 
 
 def spaces_of(env_id: str, engine: Engine = "gymnasium") -> Spaces:
-    """What an agent needs to know of an environment, which is made and closed again for it.
+    """What an agent needs to know of an environment.
+
+    Gymnasium's environments are made for it, and closed again.
 
     Raises:
         UserError: as `make_env`.

@@ -1,4 +1,4 @@
-"""Episodes under way in several environments, as arrays."""
+"""The episodes under way in a pool of environments, as arrays."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -7,12 +7,12 @@ import numpy as np
 
 from touchdown.core.types import FloatArray, IntArray, StepResult
 
-_ROOM = 1_024  # actions of an episode at first; most worlds cut theirs off before
+_ROOM = 1_024  # actions per episode at first; most environments truncate theirs earlier
 
 
 @dataclass(slots=True)
 class Episode:
-    """One episode under way, or just ended."""
+    """One episode, under way or just ended."""
 
     number: int
     observation: FloatArray
@@ -23,19 +23,19 @@ class Episode:
 
 
 class Underway:
-    """The episodes under way in N worlds, as arrays: a step of many is written down at once.
+    """The episodes under way in N environments, as arrays, so that one call records a whole step.
 
     Args:
-        episodes: one a world, as they begin or go on.
+        episodes: one per environment, at its start or resumed.
     """
 
     def __init__(self, episodes: Sequence[Episode]) -> None:
         self.observations = np.stack([episode.observation for episode in episodes])
-        """The latest, [N, D]."""
+        """The latest of each environment, [N, D]."""
         self.numbers = np.array([episode.number for episode in episodes])
-        """Of the episodes, [N]."""
+        """Number of the episode in each environment, [N]."""
         self.steps = np.array([len(episode.actions) for episode in episodes])
-        """Taken since their starts, [N]."""
+        """Steps taken in each episode, [N]."""
         self._returns = np.array([episode.episode_return for episode in episodes])
         room = max(_ROOM, 2 * int(self.steps.max()))
         self._actions = np.zeros((len(episodes), room), np.int32)
@@ -43,7 +43,7 @@ class Underway:
             self._actions[index, : len(episode.actions)] = episode.actions
 
     def add(self, indices: IntArray, actions: IntArray, steps: StepResult) -> None:
-        """One step of some of the worlds, in the order of `slots`."""
+        """Record one step of some of the environments, in the order of `indices`."""
         if self.steps.max() == self._actions.shape[1]:
             self._actions = np.concatenate([self._actions, np.zeros_like(self._actions)], axis=1)
         self.observations[indices] = steps.observations
@@ -52,18 +52,18 @@ class Underway:
         self.steps[indices] += 1
 
     def begin(self, index: int, number: int, observation: FloatArray) -> None:
-        """Another episode in one world."""
+        """Start another episode in one environment."""
         self.observations[index] = observation
         self.numbers[index] = number
         self.steps[index] = 0
         self._returns[index] = 0.0
 
     def episode(self, index: int) -> Episode:
-        """The episode in one world, as it is now."""
+        """A copy of the episode in one environment, as it is now."""
         actions = self._actions[index, : self.steps[index]].tolist()
         observation = self.observations[index].copy()
         return Episode(int(self.numbers[index]), observation, actions, float(self._returns[index]))
 
     def episodes(self) -> list[Episode]:
-        """Those of all worlds."""
+        """Copies of the episodes in all environments."""
         return [self.episode(index) for index in range(len(self.numbers))]

@@ -1,4 +1,4 @@
-"""Worlds side by side, each reset and stepped when its time comes: stock's or the engine's."""
+"""Environments stepped together, each reset on its own: Gymnasium's, or the exact engine's."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -6,59 +6,74 @@ from typing import Protocol
 import numpy as np
 
 from touchdown.core import threads
-from touchdown.core.types import FloatArray, IntArray, StepResult
-from touchdown.envs import environment
-from touchdown.envs.environment import Env
+from touchdown.core.types import FloatArray, IntArray, Spaces, StepResult
+from touchdown.envs.environment import MadeEnv, make_env, spaces_of
 from touchdown.lander import rules
 from touchdown.lander.engine import Engine
 
-# to share fewer takes longer than it saves
-_WORLDS_A_THREAD = 32
+# with fewer, starting a thread takes longer than it saves
+_ENVS_PER_THREAD = 32
 
 
 class EnvPool(Protocol):
-    """Worlds by number, from 0."""
+    """N environments, numbered from 0."""
+
+    @property
+    def spaces(self) -> Spaces:
+        """What an agent needs to know of the environment."""
+        ...
 
     def reset(self, index: int, seed: int) -> FloatArray:
-        """Start an episode; gives its first observation, [D]."""
+        """Start an episode in one environment; returns its first observation, [D]."""
         ...
 
     def step(self, indices: IntArray, actions: IntArray) -> StepResult:
-        """One step of some of the worlds, in the order of `slots`, which rises."""
+        """Step some of the environments.
+
+        Args:
+            indices: of the environments, in rising order.
+            actions: one for each, in the same order.
+        """
         ...
 
     def close(self) -> None:
-        """Give the worlds back."""
+        """Close the environments."""
         ...
 
 
-def make_pool(env_id: str, count: int, engine: Engine) -> EnvPool:
-    """So many worlds; the exact engine's if it is asked for and flies that world.
+def make_pool(env_id: str, num_envs: int, engine: Engine) -> EnvPool:
+    """A pool of environments of one id.
+
+    Args:
+        env_id: Gymnasium's id.
+        num_envs: N, at least 1.
+        engine: what simulates the lander; other environments are always Gymnasium's own.
 
     Raises:
-        UserError: there is no such world, or it cannot be made.
+        UserError: there is no such environment, or it cannot be made.
     """
     if engine == "exact" and rules.is_lander(env_id):
-        return _ExactEnvPool(count)
-    return StockEnvPool([environment.make_env(env_id).env for _ in range(count)])
+        return _ExactEnvPool(num_envs, spaces_of(env_id, engine))
+    return StockEnvPool([make_env(env_id) for _ in range(num_envs)])
 
 
 class StockEnvPool:
-    """Gymnasium's environments, each on its own.
+    """Gymnasium's environments, stepped one after the other.
 
     Args:
-        envs: one for each slot.
+        envs: all of one id, at least one.
     """
 
-    def __init__(self, envs: Sequence[Env]) -> None:
-        self._envs = envs
+    def __init__(self, envs: Sequence[MadeEnv]) -> None:
+        self._envs = [made.env for made in envs]
+        self.spaces = envs[0].spaces
 
     def reset(self, index: int, seed: int) -> FloatArray:
-        """Start an episode; gives its first observation, [D]."""
+        """Start an episode in one environment; returns its first observation, [D]."""
         return self._envs[index].reset(seed=seed)[0]
 
     def step(self, indices: IntArray, actions: IntArray) -> StepResult:
-        """One step of some of them, in the order of `slots`."""
+        """Step some of the environments; see `EnvPool`."""
         stepped = [
             self._envs[index].step(action)[:4]
             for index, action in zip(_listed(indices), _listed(actions), strict=True)
@@ -82,18 +97,19 @@ def _listed(numbers: IntArray) -> list[int]:
 
 
 class _ExactEnvPool:
-    def __init__(self, count: int) -> None:
+    def __init__(self, num_envs: int, spaces: Spaces) -> None:
         # where the engine was not built there is nothing to import
         from touchdown.lander._engine import Batch  # noqa: PLC0415
 
-        num_threads = min(threads.threads(), -(-count // _WORLDS_A_THREAD))
-        self._batch = Batch(count, num_threads=num_threads)
-        self._actions = np.zeros(count, np.int64)
-        self._observations = np.zeros((count, rules.OBSERVATION_SIZE), np.float32)
-        self._rewards = np.zeros(count)
-        self._terminated = np.zeros(count, np.bool_)
-        self._tasks = np.zeros(count, np.uint8)
-        self._steps = np.zeros(count, np.int64)
+        self.spaces = spaces
+        num_threads = min(threads.threads(), -(-num_envs // _ENVS_PER_THREAD))
+        self._batch = Batch(num_envs, num_threads=num_threads)
+        self._actions = np.zeros(num_envs, np.int64)
+        self._observations = np.zeros((num_envs, rules.OBSERVATION_SIZE), np.float32)
+        self._rewards = np.zeros(num_envs)
+        self._terminated = np.zeros(num_envs, np.bool_)
+        self._tasks = np.zeros(num_envs, np.uint8)
+        self._steps = np.zeros(num_envs, np.int64)
 
     def reset(self, index: int, seed: int) -> FloatArray:
         self._batch.seed(index, seed)

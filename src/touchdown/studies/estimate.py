@@ -26,7 +26,8 @@ from touchdown.studies.store import Store
 from touchdown.studies.tuners import Tuning
 from touchdown.studies.work import PidJob, TrainJob
 from touchdown.training import pid_tuning
-from touchdown.training.trainer import Status, Trainer
+from touchdown.training.pace import TrainingStatus
+from touchdown.training.trainer import Trainer
 
 _SECONDS_WARM = 1.0  # that compilation and the first, emptier steps are over by
 _SECONDS_MEASURED = 2.0
@@ -210,9 +211,9 @@ def _measure(config: Config) -> _Pace:
     )
     seen: list[tuple[float, int]] = []
 
-    def look(status: Status) -> None:
-        if status.observations >= config.replay.min_size:
-            seen.append((time.monotonic(), status.observations))
+    def look(status: TrainingStatus) -> None:
+        if status.env_steps >= config.replay.min_size:
+            seen.append((time.monotonic(), status.env_steps))
 
     def over() -> bool:
         return bool(seen) and time.monotonic() - seen[0][0] > _SECONDS_WARM + _SECONDS_MEASURED

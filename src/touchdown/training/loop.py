@@ -1,4 +1,4 @@
-"""The loop of agent and worlds, as a generator of steps."""
+"""The loop of agent and environments, as a generator of steps."""
 
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
@@ -12,25 +12,26 @@ from touchdown.envs.pool import EnvPool
 
 
 class AgentStep(NamedTuple):
-    """One step of all worlds and what the agent made of it."""
+    """One step of all environments, and what the agent did with it."""
 
     actions: IntArray
     """[N]"""
-    steps: StepResult
+    result: StepResult
     epsilon: float
-    """That the actions were chosen with."""
+    """Probability of a random action when the actions were chosen."""
     ended: list[Episode]
-    """Episodes that ended, in the order of their worlds."""
+    """Episodes that ended in this step, in the order of their environments."""
     metrics: dict[str, float] | None
+    """Of an update, now and then."""
 
 
 def begin(pool: EnvPool, start_of: Callable[[int], int], num_envs: int) -> Underway:
-    """The first episode of each world.
+    """Start the first episode of each environment.
 
     Args:
         pool: the environments.
-        start_of: the environment seed of an episode.
-        num_envs: how many.
+        start_of: the environment seed of an episode, by its number.
+        num_envs: N.
     """
     return Underway(
         [Episode(index, pool.reset(index, start_of(index))) for index in range(num_envs)]
@@ -43,29 +44,29 @@ def interact(
     start_of: Callable[[int], int],
     underway: Underway,
 ) -> Iterator[AgentStep]:
-    """Algorithm 2's two loops, without end: whoever wants to know listens to the steps.
+    """Algorithm 2's two loops, without end: the caller listens to the steps and stops when it will.
 
     Args:
-        agent: acts, remembers and learns.
+        agent: acts and learns.
         pool: the environments.
-        start_of: the environment seed of an episode.
-        underway: the episode in each world; kept up to date between two steps.
+        start_of: the environment seed of an episode, by its number.
+        underway: the episode in each environment; up to date whenever a step is yielded.
     """
     numbers = underway.numbers
     everyone = np.arange(len(numbers))
     while True:
         epsilon = agent.epsilon
-        # the agent may keep what it is shown, and steps are written over the other
+        # copies: the agent may keep what it is given, and the arrays are written over each step
         observations = underway.observations.copy()
         actions = agent.act(observations)
-        steps = pool.step(everyone, actions)
-        underway.add(everyone, actions, steps)
-        over = np.flatnonzero(steps.ended).tolist()
+        result = pool.step(everyone, actions)
+        underway.add(everyone, actions, result)
+        over = np.flatnonzero(result.ended).tolist()
         ended = [underway.episode(index) for index in over]
         for index in over:
             number = int(numbers.max()) + 1
             underway.begin(index, number, pool.reset(index, start_of(number)))
-        metrics = agent.observe(observations, actions, steps, underway.observations.copy())
+        metrics = agent.observe(observations, actions, result, underway.observations.copy())
         for index in over:
             agent.begin_episode(int(numbers[index]) - len(numbers) + 1)
-        yield AgentStep(actions, steps, epsilon, ended, metrics)
+        yield AgentStep(actions, result, epsilon, ended, metrics)

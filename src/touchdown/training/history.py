@@ -1,0 +1,117 @@
+"""What training writes down as it goes: a line per episode, per few updates and per validation."""
+
+from collections import deque
+
+import numpy as np
+
+from touchdown.core import files
+from touchdown.core.errors import UserError
+from touchdown.core.types import Outcome
+from touchdown.envs.episodes import Episode
+from touchdown.evaluation.evaluator import EpisodeResult
+from touchdown.runs.folder import RunFolder
+from touchdown.training.loggers import Recorder
+
+RECENT = 100
+"""Episodes that "recent" means, as everywhere in the field."""
+
+
+class History:
+    """Writes a run's records, and remembers the recent episodes.
+
+    Args:
+        folder: of the run; episodes recorded before a resume count as recent too.
+        recorder: appends to the records.
+    """
+
+    def __init__(self, folder: RunFolder, recorder: Recorder) -> None:
+        self._folder = folder
+        self._recorder = recorder
+        rows = files.read_jsonl(folder.episodes, ("episode_return", "outcome"))[-RECENT:]
+        self._returns = deque((float(row["episode_return"]) for row in rows), RECENT)
+        self._timed_out = deque((row["outcome"] == "timed out" for row in rows), RECENT)
+        self.last_loss: float | None = None
+
+    @property
+    def recent_return(self) -> float:
+        """Mean return of the recent episodes."""
+        return float(np.mean(self._returns))
+
+    @property
+    def recent_time_limit_share(self) -> float:
+        """Share of the recent episodes that ran into the time limit."""
+        return float(np.mean(self._timed_out))
+
+    def episode(
+        self,
+        episode: Episode,
+        outcome: Outcome,
+        *,
+        number: int,
+        env_steps: int,
+        epsilon: float,
+        seconds: float,
+    ) -> None:
+        """Record an episode that has ended.
+
+        Args:
+            episode: as it ended.
+            outcome: how.
+            number: of the episodes that have ended so far, this one included.
+            env_steps: so far.
+            epsilon: probability of a random action in its last step.
+            seconds: of training so far.
+        """
+        steps = len(episode.actions)
+        self._returns.append(episode.episode_return)
+        self._timed_out.append(outcome == "timed out")
+        row = {
+            "episode": number,
+            "observations": env_steps,
+            "episode_return": episode.episode_return,
+            "steps": steps,
+            "outcome": outcome,
+            "epsilon": epsilon,
+            "seconds": round(seconds, 3),
+        }
+        scalars = {
+            "rollout/ep_rew": episode.episode_return,
+            "rollout/ep_rew_mean": self.recent_return,
+            "rollout/ep_len": float(steps),
+            "rollout/exploration_rate": epsilon,
+            "rollout/time_limit_share": self.recent_time_limit_share,
+            "time/fps": env_steps / max(seconds, 1e-9),
+        }
+        self._recorder.write(self._folder.episodes, row, scalars)
+
+    def update(
+        self, metrics: dict[str, float], *, updates: int, env_steps: int, learning_rate: float
+    ) -> None:
+        """Record an update.
+
+        Raises:
+            UserError: a metric is not finite: training diverged.
+        """
+        self.last_loss = metrics["loss"]
+        if not all(np.isfinite(value) for value in metrics.values()):
+            raise UserError(
+                f"learning_rate = {learning_rate}: training diverged at "
+                f"update {updates} (loss {metrics['loss']}, mean Q {metrics['mean_q']}); "
+                "a lower learning_rate, a max_grad_norm or a smaller reward_scale would help"
+            )
+        row = {"update": updates, "observations": env_steps, **metrics}
+        scalars = {f"train/{name}": value for name, value in metrics.items()}
+        self._recorder.write(self._folder.updates, row, scalars)
+
+    def validation(
+        self, results: list[EpisodeResult], mean_return: float, *, episode: int, env_steps: int
+    ) -> None:
+        """Record the greedy episodes from the validation starts."""
+        row = {
+            "observations": env_steps,
+            "episode": episode,
+            "mean_return": mean_return,
+            "returns": [result.episode_return for result in results],
+            "time_limit_share": float(np.mean([r.outcome == "timed out" for r in results])),
+        }
+        self._recorder.write(self._folder.validations, row, {"eval/mean_reward": mean_return})

@@ -1,0 +1,177 @@
+"""Choosing the result of a training run: validation, candidates, and the final choice."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from touchdown.agents.agent import Agent
+from touchdown.config.config import Config
+from touchdown.core.errors import Interrupted, UserError
+from touchdown.core.seeding import VALIDATION_STARTS
+from touchdown.core.types import FloatArray
+from touchdown.envs.outcome import threshold_of
+from touchdown.evaluation.evaluator import EpisodeResult, Evaluator
+from touchdown.policies.weights import save_weights
+from touchdown.runs.folder import RunFolder
+from touchdown.training.checkpoint import Candidate, Progress, Solved
+from touchdown.training.history import History
+
+# standard errors that a mean has to be above the threshold: wrong once in 700 times at the edge
+_SURE = 3.0
+
+
+def stop_threshold(config: Config) -> float | None:
+    """The mean return at which training may stop; None where it runs to the end of its budget.
+
+    Raises:
+        UserError: it is to stop when the environment is solved, and Gymnasium names no threshold.
+    """
+    if not config.training.stop_when_solved:
+        return None
+    threshold = threshold_of(config.env_id)
+    if threshold is None:
+        raise UserError(
+            f"stop_when_solved = True: must be False for env_id = {config.env_id!r}, for which "
+            "Gymnasium names no reward threshold"
+        )
+    return threshold
+
+
+class Selection:
+    """Validates the agent during training, keeps the best candidates, and chooses among them.
+
+    Args:
+        config: of the run.
+        folder: of the run; the best weights so far are written there.
+        agent: that is trained.
+        evaluator: flies the validation starts.
+        progress: of the run; holds the candidates.
+        history: records validations.
+    """
+
+    def __init__(
+        self,
+        config: Config,
+        folder: RunFolder,
+        agent: Agent,
+        evaluator: Evaluator,
+        progress: Progress,
+        history: History,
+    ) -> None:
+        self._config = config
+        self._folder = folder
+        self._agent = agent
+        self._evaluator = evaluator
+        self._progress = progress
+        self._history = history
+        self._threshold = stop_threshold(config)
+
+    def validate(self, seconds: Callable[[], float]) -> None:
+        """Fly the present policy from the validation starts and keep it if it is a candidate.
+
+        Args:
+            seconds: of training so far, asked when the environment turns out to be solved.
+        """
+        training, progress = self._config.training, self._progress
+        env_steps = self._agent.observations
+        period = training.validation_period
+        progress.next_validation = (env_steps // period + 1) * period
+        params = self._agent.params()
+        results = self._rollout(params, VALIDATION_STARTS[: training.validation_episodes])
+        mean = _mean_return(results)
+        self._history.validation(results, mean, episode=progress.episodes, env_steps=env_steps)
+        best_so_far = max((c.validation_return for c in progress.candidates), default=-np.inf)
+        candidate = Candidate(env_steps, mean, params)
+        candidates = [*progress.candidates, candidate]
+        # the earlier of two equals first: sorting is stable
+        candidates.sort(key=lambda each: -each.validation_return)
+        progress.candidates = candidates[: training.candidate_checkpoints]
+        if mean > best_so_far:
+            self._write_best(progress.candidates[0], {"validation_return": mean})
+        if self._threshold is not None and mean >= self._threshold:
+            self._stop_if_sure(candidate, self._threshold, seconds)
+
+    def _stop_if_sure(
+        self, candidate: Candidate, threshold: float, seconds: Callable[[], float]
+    ) -> None:
+        """End training if fresh starts show that the mean over as many test starts will hold."""
+        training, progress = self._config.training, self._progress
+        results = self._rollout(candidate.params, self._final_starts())
+        returns = [result.episode_return for result in results]
+        mean = _mean_return(results)
+        # both means are estimates: this one, and the one that the test will give
+        error = float(np.std(returns)) * (1 / len(returns) + 1 / training.test_episodes) ** 0.5
+        if mean - _SURE * error < threshold:
+            return
+        progress.solved = Solved(seconds(), mean, len(returns))
+        progress.candidates = [candidate]
+        progress.trained = True
+
+    def choose(
+        self,
+        on_phase: Callable[[str, int], object],
+        on_episode: Callable[[], object],
+        should_stop: Callable[[], bool],
+    ) -> None:
+        """Fly the candidates from fresh validation starts; the best of them is the run's result.
+
+        Args:
+            on_phase: called with a description and the number of episodes to come.
+            on_episode: called after each episode.
+            should_stop: asked after each candidate.
+
+        Raises:
+            Interrupted: `should_stop` said so.
+        """
+        progress = self._progress
+        if progress.solved is not None:
+            self._write_result(progress.candidates[0], progress.solved.mean_return)
+            return
+        starts = self._final_starts()
+        on_phase(
+            f"choosing among {len(progress.candidates)} checkpoints on validation starts",
+            len(starts) * len(progress.candidates),
+        )
+        means: list[float] = []
+        for candidate in progress.candidates:
+            means.append(_mean_return(self._rollout(candidate.params, starts, on_episode)))
+            if should_stop():
+                raise Interrupted
+        self._write_result(progress.candidates[int(np.argmax(means))], max(means))
+
+    def _rollout(
+        self,
+        params: FloatArray,
+        starts: range,
+        on_episode: Callable[[], object] = lambda: None,
+    ) -> list[EpisodeResult]:
+        return self._evaluator.rollout(self._agent.model.policy(params), starts, on_episode)
+
+    def _final_starts(self) -> range:
+        """Validation starts that no candidate has been judged by yet."""
+        training = self._config.training
+        first = training.validation_episodes
+        return VALIDATION_STARTS[first : first + training.final_validation_episodes]
+
+    def _write_result(self, best: Candidate, mean: float) -> None:
+        facts: dict[str, Any] = {
+            "validation_return": best.validation_return,
+            "final_validation_return": mean,
+        }
+        if self._progress.solved is not None:
+            facts["solved_seconds"] = round(self._progress.solved.seconds, 3)
+        self._write_best(best, facts)
+
+    def _write_best(self, candidate: Candidate, facts: dict[str, Any]) -> None:
+        save_weights(
+            self._folder.best,
+            self._agent.model,
+            candidate.params,
+            {"observations": candidate.observations, **facts},
+            self._config,
+        )
+
+
+def _mean_return(results: list[EpisodeResult]) -> float:
+    return float(np.mean([result.episode_return for result in results]))
