@@ -1,4 +1,5 @@
 // Many landers stepped together: all is scalar but the velocity iterations, which run in lanes.
+// Box2D has no counterpart: each lander has a b2World of its own.
 #pragma once
 
 #include <cstddef>

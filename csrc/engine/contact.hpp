@@ -19,8 +19,7 @@ struct Contact {
   std::uint8_t body;
   std::uint8_t edge;
   std::uint8_t touching;
-  std::uint8_t
-      enabled;  // off for the rest of a step in which its time-of-impact event led to no touch
+  std::uint8_t enabled;  // off for the rest of a step after an event that led to no touch
   std::uint8_t toi_known;
   std::uint8_t toi_count;  // time-of-impact events in this step
 };

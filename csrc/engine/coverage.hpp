@@ -18,14 +18,14 @@ inline constexpr int kMaxContactsCounted = 7;
 
 struct Coverage {
   std::uint64_t steps;
-  std::array<std::uint64_t, kMaxImpactsCounted> steps_with_impacts;    // the last counts more, too
-  std::array<std::uint64_t, kMaxContactsCounted> steps_with_contacts;  // in the island; as above
-  std::uint64_t impacts_undone;           // events after which the shapes did not touch
+  // Steps by the number of impacts, and of contacts in the island; the last entry counts more, too.
+  std::array<std::uint64_t, kMaxImpactsCounted> steps_with_impacts;
+  std::array<std::uint64_t, kMaxContactsCounted> steps_with_contacts;
+  std::uint64_t impacts_undone;           // impacts after which the shapes did not touch
   std::uint64_t all_position_iterations;  // steps that used all 60
   std::uint64_t one_point_manifolds;
   std::uint64_t two_point_manifolds;
-  std::uint64_t
-      redundant_points;  // manifolds whose two points were too close together to be solved at once
+  std::uint64_t redundant_points;  // two points too close together to be solved at once
   std::array<std::uint64_t, kNumBlockCases> block_cases;  // contacts that met the case in a step
   std::uint64_t limit_switches;
   std::uint64_t fell_asleep;

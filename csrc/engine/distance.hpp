@@ -154,15 +154,18 @@ inline void solve_triangle(Simplex& simplex) {
   const float d123_3 = area * cross(w1, w2);
 
   if (d12_2 <= 0.0f && d13_2 <= 0.0f) return reduce_to_vertex(simplex, 0);
-  if (d12_1 > 0.0f && d12_2 > 0.0f && d123_3 <= 0.0f)
+  if (d12_1 > 0.0f && d12_2 > 0.0f && d123_3 <= 0.0f) {
     return reduce_to_segment(simplex, 0, 1, d12_1, d12_2);
-  if (d13_1 > 0.0f && d13_2 > 0.0f && d123_2 <= 0.0f)
+  }
+  if (d13_1 > 0.0f && d13_2 > 0.0f && d123_2 <= 0.0f) {
     return reduce_to_segment(simplex, 0, 2, d13_1, d13_2);
+  }
   if (d12_1 <= 0.0f && d23_2 <= 0.0f) return reduce_to_vertex(simplex, 1);
   if (d13_1 <= 0.0f && d23_1 <= 0.0f) return reduce_to_vertex(simplex, 2);
   // The third vertex comes first here, as in Box2D.
-  if (d23_1 > 0.0f && d23_2 > 0.0f && d123_1 <= 0.0f)
+  if (d23_1 > 0.0f && d23_2 > 0.0f && d123_1 <= 0.0f) {
     return reduce_to_segment(simplex, 2, 1, d23_2, d23_1);
+  }
 
   const float inverse = 1.0f / (d123_1 + d123_2 + d123_3);
   simplex.vertices[0].weight = d123_1 * inverse;

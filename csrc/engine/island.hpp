@@ -83,8 +83,9 @@ inline void prepare(StepConstraints& constraints, World& world, const Island& is
 }
 
 inline void integrate(StepConstraints& constraints) {
-  for (int i = 0; i < kNumBodies; ++i)
+  for (int i = 0; i < kNumBodies; ++i) {
     integrate(constraints.poses[i], constraints.velocities[i], kTimeStep);
+  }
 }
 
 // Returns the number of iterations after which all errors were small; one more than the maximum if
@@ -112,8 +113,9 @@ inline void write_back(StepConstraints& constraints, World& world, const Island&
   for (int i = 0; i < constraints.num_contacts; ++i) {
     store_impulses(constraints.contacts[i], world.contacts.items[island.contacts[i]].manifold);
   }
-  for (const JointConstraint& joint : constraints.joints)
+  for (const JointConstraint& joint : constraints.joints) {
     store_impulses(joint, world.joints[joint.leg - kLeg0]);
+  }
   for (int i = 0; i < kNumBodies; ++i) {
     Body& body = world.bodies[i];
     const Shape& shape = kShapes[i];

@@ -19,7 +19,7 @@ constexpr double kPythonPi = 3.141592653589793;
 
 Vec2 to_float(double x, double y) { return {static_cast<float>(x), static_cast<float>(y)}; }
 
-// Stock's wind: a smooth force between -1 and 1 whose two periods never meet.
+// Stock's wind: a smooth force between -1 and 1 that never repeats.
 double gust(std::int64_t index) {
   const auto t = static_cast<double>(index);
   return std::tanh(std::sin(0.02 * t) + std::sin(kPythonPi * 0.01 * t));

@@ -185,8 +185,9 @@ void run_cycle(std::span<VelocityConstraints* const> alike, std::span<bool> done
   }
 
   std::array<std::array<bool, W>, kGroups> same_lanes;
-  for (std::size_t g = 0; g < used; ++g)
+  for (std::size_t g = 0; g < used; ++g) {
     same_lanes[g] = same<W>(before[g], cycle_state(groups.all[g]));
+  }
   for (std::size_t slot = 0; slot < alike.size(); ++slot) {
     done[slot] = same_lanes[slot / W][slot % W];
     if (!done[slot]) store(groups, *alike[slot], slot);

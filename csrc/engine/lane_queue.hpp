@@ -1,4 +1,5 @@
-// A queue in which steps wait for others of the same layout, to be solved together in lanes.
+// A queue in which steps wait for others of the same layout, to be solved together in lanes. Box2D
+// has no counterpart.
 #pragma once
 
 #include <algorithm>
@@ -75,7 +76,7 @@ class LaneQueue {
 
  private:
   static constexpr int kCycling = -1;
-  static constexpr std::size_t kMostLanes = 32;
+  static constexpr std::size_t kMaxLanes = 32;
 
   // What all steps in a bucket have in common.
   struct Kind {
@@ -87,7 +88,7 @@ class LaneQueue {
   struct Bucket {
     Kind kind;
     std::size_t count;
-    std::array<Pending*, kMostLanes> items;
+    std::array<Pending*, kMaxLanes> items;
   };
 
   // Takes a bucket out; those that may cycle come first, as some of their steps may have to wait
@@ -106,18 +107,18 @@ class LaneQueue {
   // Encodes all that has to be alike. 0 for too many contacts to encode: such a step is solved
   // alone.
   static std::uint64_t layout_of(const VelocityConstraints& constraints) {
-    constexpr int bits_of_a_joint = 3;
-    constexpr int bits_of_a_contact = 4;
-    constexpr int most = (64 - 1 - kNumLegs * bits_of_a_joint) / bits_of_a_contact;
-    if (constraints.num_contacts > most) return 0;
+    constexpr int bits_per_joint = 3;
+    constexpr int bits_per_contact = 4;
+    constexpr int max_contacts = (64 - 1 - kNumLegs * bits_per_joint) / bits_per_contact;
+    if (constraints.num_contacts > max_contacts) return 0;
     std::uint64_t layout = 1;
     for (const auto& joint : constraints.joints) {
-      layout = layout << bits_of_a_joint | static_cast<std::uint64_t>(joint.leg) << 1 |
+      layout = layout << bits_per_joint | static_cast<std::uint64_t>(joint.leg) << 1 |
                static_cast<std::uint64_t>(joint.at_limit);
     }
     for (int i = 0; i < constraints.num_contacts; ++i) {
       const auto& contact = constraints.contacts[static_cast<std::size_t>(i)];
-      layout = layout << bits_of_a_contact | static_cast<std::uint64_t>(contact.body) << 2 |
+      layout = layout << bits_per_contact | static_cast<std::uint64_t>(contact.body) << 2 |
                static_cast<std::uint64_t>(contact.num_points);
     }
     return layout;
@@ -140,17 +141,18 @@ class LaneQueue {
     // A copy: steps that wait again may add a bucket, which moves all buckets.
     const Bucket full = bucket;
     bucket.count = 0;
-    solve(full, finish, [&](Pending& left, Kind kind) { put(left, kind, finish); });
+    solve(full, finish, [&](Pending& left, Kind remaining) { put(left, remaining, finish); });
   }
 
   // Hands the steps that are done to `finish`, and those that turned out not to cycle to
   // `wait_again`.
   template <typename Finish, typename WaitAgain>
   void solve(const Bucket& bucket, const Finish& finish, const WaitAgain& wait_again) {
-    std::array<VelocityConstraints*, kMostLanes> constraints;
-    for (std::size_t i = 0; i < bucket.count; ++i)
+    std::array<VelocityConstraints*, kMaxLanes> constraints;
+    for (std::size_t i = 0; i < bucket.count; ++i) {
       constraints[i] = &bucket.items[i]->state.constraints;
-    std::array<bool, kMostLanes> done;
+    }
+    std::array<bool, kMaxLanes> done;
     if (bucket.count == 0) return;
     if (bucket.kind.iterations == kCycling) {
       kernel_.run_cycle({constraints.data(), bucket.count}, {done.data(), bucket.count});

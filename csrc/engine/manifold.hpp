@@ -1,4 +1,4 @@
-// The contact manifold of an edge and a polygon: the axis of min_alignment overlap, then the points
+// The contact manifold of an edge and a polygon: the axis of least overlap, then the points
 // of the incident face clipped to the reference face.
 //
 // Box2D: b2CollideEdgeAndPolygon (b2EPCollider), b2Manifold, b2ContactFeature and

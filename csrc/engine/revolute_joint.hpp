@@ -44,8 +44,8 @@ inline JointDefinition make_joint_definition(int leg) {
   definition.leg = leg;
   definition.hull_anchor = Vec2{0.0f, 0.0f} - kShapes[kHull].local_center;
   definition.leg_anchor = leg_anchor - kShapes[leg].local_center;
-  definition.reference_angle =
-      static_cast<float>(side * 0.05);  // the leg's angle when the joint is made
+  // The leg's angle when the joint is made: pybox2d's default, where C++'s is 0.
+  definition.reference_angle = static_cast<float>(side * 0.05);
   definition.lower_angle = static_cast<float>(leg == kLeg0 ? 0.9 - 0.5 : -0.9);
   definition.upper_angle = static_cast<float>(leg == kLeg0 ? 0.9 : -0.9 + 0.5);
   definition.motor_speed = static_cast<float>(0.3 * side);

@@ -18,8 +18,8 @@ namespace touchdown::engine {
 // What every step reads comes first, so that a flight high above the moon touches few cache lines.
 struct World {
   float gravity;
-  float
-      moon_start_time;  // of the moon's sweep (alpha0): the moon never moves, but events advance it
+  // Of the moon's sweep (alpha0). The moon never moves, but time-of-impact events advance it.
+  float moon_start_time;
   ContactFlags contact_flags;
   std::array<Body, kNumBodies> bodies;
   std::array<Joint, kNumLegs> joints;

@@ -13,8 +13,7 @@ namespace TOUCHDOWN_KERNEL {
 
 constexpr int kPanel = 2 * kWidth;  // samples in a panel
 
-// Rows of a product computed together: as many accumulators as the instruction set's registers
-// hold.
+// Rows of a product computed together: as many as the instruction set has registers for.
 constexpr int kTileRows = kWidth == 16 ? 12 : kWidth == 8 ? 6 : 4;
 
 inline int num_panels(int batch_size) { return (batch_size + kPanel - 1) / kPanel; }
@@ -51,11 +50,11 @@ inline void multiply(const float* a, std::ptrdiff_t row, std::ptrdiff_t column, 
     out += taken * kPanel;
     if (start) start += taken;
   };
-  for (; m + kTileRows <= rows;) {
+  while (m + kTileRows <= rows) {
     multiply_rows<kTileRows>(a, row, column, b, depth, start, out);
     next(kTileRows);
   }
-  for (; m + 2 <= rows;) {
+  while (m + 2 <= rows) {
     multiply_rows<2>(a, row, column, b, depth, start, out);
     next(2);
   }
