@@ -25,12 +25,12 @@ inline DistanceProxy distance_proxy(const Shape& shape) { return {shape.vertices
 // The index of the vertex farthest in a direction.
 inline int support(const DistanceProxy& shape, Vec2 direction) {
   int best = 0;
-  float most = dot(shape.vertices[0], direction);
+  float max_projection = dot(shape.vertices[0], direction);
   for (int i = 1; i < shape.count; ++i) {
-    const float value = dot(shape.vertices[i], direction);
-    if (value > most) {
+    const float projection = dot(shape.vertices[i], direction);
+    if (projection > max_projection) {
       best = i;
-      most = value;
+      max_projection = projection;
     }
   }
   return best;

@@ -17,9 +17,9 @@ namespace touchdown::engine {
 using VelocityConstraints = BasicVelocityConstraints<float>;
 
 // In flight with both legs at a limit, the iterations soon run in a cycle, mostly of length one,
-// two or four: what an iteration reads and changes has the same bits as so many iterations before.
-// The kernel checks for it after two windows whose length is a multiple of those. Where a window
-// has changed nothing, all further iterations are done but for the joints' accumulated point
+// two or four: what an iteration reads and changes has the same bits as that many iterations
+// before. The kernel checks for it after two windows whose length is a multiple of those. Where a
+// window has changed nothing, all further iterations are done but for the joints' accumulated point
 // impulses, which no iteration reads: the last window's impulses are added to them again until the
 // end.
 inline constexpr int kWindow = 12;
@@ -35,7 +35,7 @@ inline bool may_cycle(const VelocityConstraints& constraints) {
 // and joints at a limit, in the same order. There is at least one, and there are at most `lanes`.
 struct Kernel {
   std::size_t lanes;
-  // Runs so many iterations.
+  // Runs `iterations` velocity iterations.
   void (*iterate)(std::span<VelocityConstraints* const> alike, int iterations);
   // Runs two windows of constraints that may cycle. Sets `done` for those that do cycle: all of
   // their iterations are then complete.

@@ -9,9 +9,9 @@ namespace touchdown::engine {
 // value seen. To sleep and to be woken takes longer than the usual pause between two steps.
 template <typename T, typename Wish>
 T spin_until(const std::atomic<T>& value, const Wish& wish) {
-  constexpr int max_looks = 20000;
+  constexpr int max_loads = 20000;
   T now = value.load();
-  for (int look = 0; look < max_looks && !wish(now); ++look) {
+  for (int loads = 0; loads < max_loads && !wish(now); ++loads) {
 #if defined(__x86_64__)
     __builtin_ia32_pause();
 #endif

@@ -36,7 +36,7 @@ class Workers {
     for (std::thread& thread : threads_) thread.join();
   }
 
-  // How many threads `run` may use for so many pieces of work: fewer than `count` if the system
+  // How many threads `run` may use for this many pieces of work: fewer than `count` if the system
   // grants no more, or if others use its cores.
   std::size_t used_for(std::size_t pieces) {
     can_share_ = !forked() && pieces > 1 && count_ > 1;

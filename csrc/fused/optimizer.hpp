@@ -50,11 +50,11 @@ inline void adam_step(const Rule& rule, const Learner& learner, const StepSize& 
   }
 }
 
-// target += share·(online − target)   (Lillicrap et al., 2016)
-inline void soft_update(float share, const Learner& learner, std::ptrdiff_t count) {
+// target += polyak·(online − target)   (Lillicrap et al., 2016)
+inline void soft_update(float polyak, const Learner& learner, std::ptrdiff_t count) {
   const float* __restrict const online = learner.online;
   float* __restrict const target = learner.target;
-  for (std::ptrdiff_t i = 0; i < count; ++i) target[i] += share * (online[i] - target[i]);
+  for (std::ptrdiff_t i = 0; i < count; ++i) target[i] += polyak * (online[i] - target[i]);
 }
 
 }  // namespace TOUCHDOWN_KERNEL
