@@ -3,7 +3,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help land test test-all exactness sanitize check docs bench peers paper lock format clean FORCE
+.PHONY: help land test test-all test-cpp exactness sanitize check docs bench peers paper lock format clean FORCE
 
 UV_VERSION := 0.13.9
 PYTHON ?= python3.13 python3.12 python3.11 python3
@@ -27,11 +27,15 @@ help: ## list the targets
 land: $(READY) ## train a pilot that lands, test it and draw its flights
 	@$(BIN)/touchdown train pilot $(ARGS)
 
-test: $(READY) ## run the tests, all but the slow ones
+test: $(READY) test-cpp ## run the tests, all but the slow ones
 	@$(BIN)/pytest -n auto --maxprocesses 8 $(ARGS)
 
-test-all: $(READY) ## run all tests, those that take minutes too
+test-all: $(READY) test-cpp ## run all tests, those that take minutes too
 	@$(BIN)/pytest -n auto --maxprocesses 8 -m '' $(ARGS)
+
+test-cpp: $(READY) ## build the C++ without Python and run its own tests
+	@if command -v "$${CXX:-c++}" >/dev/null; then $(test_cpp); else \
+		echo "no C++ compiler: the C++ tests are left out"; fi
 
 exactness: $(READY) ## compare N=1000000 steps of the exact engine with stock, as bytes
 	@$(BIN)/python tests/lander/engine/oracle.py $(N) $(ARGS)
@@ -43,6 +47,7 @@ check: $(READY) ## lint, format, types, layers and docs, changing nothing
 # without ruff's cache, which does not see that a module has come, by which imports are sorted
 	@$(BIN)/ruff check --no-cache
 	@$(BIN)/ruff format --check
+	@$(BIN)/clang-format --dry-run -Werror $(cpp)
 	@$(BIN)/basedpyright --pythonpath $(BIN)/python
 	@$(BIN)/lint-imports --no-logo
 	@$(BIN)/uv pip check --quiet --python $(BIN)/python
@@ -71,11 +76,28 @@ lock: $(READY) ## pin the newest packages that fit (UPGRADE= keeps the pins that
 
 format: $(READY) ## format the code and mend what the linter can
 	@$(BIN)/ruff format --quiet
+	@$(BIN)/clang-format -i $(cpp)
 	@$(BIN)/ruff check --fix
 
 clean: ## remove all that make has made; runs/ stays
 	@rm -rf .venv .venv-bench build site dist .import_linter_cache .pytest_cache .ruff_cache .hypothesis
 	@find src tests benchmarks -name __pycache__ -prune -exec rm -rf {} +
+
+# --- C++ ---
+
+cpp = $(shell find csrc benchmarks/xla_engine -name '*.cpp' -o -name '*.hpp')
+
+# A build that was copied or moved here from another folder is of no use to CMake.
+cpp_build := build/cpp
+define test_cpp
+	{ grep -qsx 'CMAKE_HOME_DIRECTORY:INTERNAL=$(CURDIR)' $(cpp_build)/CMakeCache.txt || \
+		rm -rf $(cpp_build); } && mkdir -p $(cpp_build) && \
+	{ { $(BIN)/cmake -S . -B $(cpp_build) -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja \
+			-DTOUCHDOWN_MODULES=OFF -DTOUCHDOWN_TESTS=ON -DTOUCHDOWN_WERROR=ON && \
+		$(BIN)/cmake --build $(cpp_build); } >$(cpp_build)/log.txt 2>&1 || \
+		{ cat $(cpp_build)/log.txt; exit 1; }; } && \
+	$(BIN)/ctest --test-dir $(cpp_build) --output-on-failure
+endef
 
 # --- set-up ---
 
@@ -108,7 +130,8 @@ $(if $(call ready,$1),,$(if $(python),,$(error $(no_python))))
 @$1/bin/uv pip install --quiet --python $1/bin/python --no-deps --no-build-isolation --editable .
 endef
 
-compiled := CMakeLists.txt $(wildcard src/touchdown/lander/engine/*.?pp src/touchdown/agents/fused/*.?pp)
+compiled := CMakeLists.txt csrc/CMakeLists.txt \
+	$(filter-out csrc/tests/%,$(wildcard csrc/*/*.?pp csrc/*/python/*.?pp))
 
 $(READY): requirements.lock pyproject.toml $(compiled)
 	$(call set-up,.venv)

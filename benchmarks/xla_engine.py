@@ -31,7 +31,7 @@ from touchdown.lander._engine import Batch
 from touchdown.runs.provenance import cpu_name
 from touchdown.training.loop import begin, interact
 
-ENGINE = Path(__file__).parents[1] / "src" / "touchdown" / "lander" / "engine"
+CSRC = Path(__file__).parents[1] / "csrc"
 SHAPE = NetworkConfig(hidden_sizes=(64, 64), layer_norm=True)
 D, A = 8, 4
 CALL = Path(__file__).with_name("xla_engine") / "engine_call.cpp"
@@ -40,10 +40,11 @@ CALL = Path(__file__).with_name("xla_engine") / "engine_call.cpp"
 def compiled(folder: Path) -> ctypes.CDLL:
     """The custom call with an engine of its own, built for this machine."""
     out = folder / "engine_call.so"
-    sources = [CALL, *(ENGINE / f"{part}.cpp" for part in ("lander", "batch", "lane_solver"))]
-    sources += [ENGINE / "kernel_baseline.cpp"]
+    engine = ("lander", "batch", "kernel", "lane_kernel")  # the kernel of the baseline alone
+    sources = [CALL, *(CSRC / "engine" / f"{part}.cpp" for part in engine)]
+    sources += [CSRC / "simd" / "instruction_set.cpp"]
     flags = ["-std=c++20", "-O2", "-ffp-contract=off", "-march=native", "-mno-fma", "-Wno-psabi"]
-    headers = [f"-I{ENGINE}", "-isystem", jax.ffi.include_dir()]
+    headers = [f"-I{CSRC}", "-isystem", jax.ffi.include_dir()]
     command = ["c++", "-shared", "-fPIC", *flags, *headers, *map(str, sources), "-o", str(out)]
     subprocess.run(command, check=True)
     return ctypes.CDLL(str(out))

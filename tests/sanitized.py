@@ -1,7 +1,7 @@
-"""Builds the C++ modules with address and undefined-behaviour sanitizers, then tries both.
+"""Builds all C++ with address and undefined-behaviour sanitizers, then tests it.
 
-The engine is compared with stock, the fused updates with JAX by their own tests. `make sanitize`
-runs it. A finding ends the process at once with what was found.
+The C++ tests run first. Then the engine is compared with stock, and the fused updates with JAX by
+their own tests. `make sanitize` runs it. A finding ends the process at once and is printed.
 """
 
 import os
@@ -12,17 +12,16 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 BUILD = ROOT / "build" / "sanitized"
-ENGINE = Path("lander") / "engine"
-FUSED = Path("agents") / "fused"
-TESTS = ROOT / "tests" / FUSED
-# what is installed would come before the build in PYTHONPATH
+ORACLES = ROOT / "tests" / "lander" / "engine"
+FUSED_TESTS = ROOT / "tests" / "agents" / "learners" / "test_fused.py"
+# otherwise the editable install would come before the build in PYTHONPATH
 BUILT_FIRST = """
 import sys
 sys.meta_path = [f for f in sys.meta_path if "Redirecting" not in type(f).__name__]
 """
 FLY = f"""{BUILT_FIRST}
 import oracle
-from touchdown.lander.engine import _engine
+from touchdown.lander import _engine
 assert "sanitized" in _engine.__file__, _engine.__file__
 reports = {{name: oracle.compare(settings, range(5, 12), num_threads=2, where=f"{{name}}, ")
            for name, settings in oracle.CONFIGURATIONS.items()}}
@@ -33,7 +32,7 @@ LEARN = f"""{BUILT_FIRST}
 from touchdown.agents.learners import _fused
 assert "sanitized" in _fused.__file__, _fused.__file__
 import pytest
-sys.exit(pytest.main(["-q", "-p", "no:cacheprovider", "-n", "0", {str(TESTS)!r}]))
+sys.exit(pytest.main(["-q", "-p", "no:cacheprovider", "-n", "0", {str(FUSED_TESTS)!r}]))
 """
 
 
@@ -53,18 +52,20 @@ def main() -> int:
     shutil.copytree(ROOT / "src" / "touchdown", package, ignore=shutil.ignore_patterns("*.so"))
     configure = [
         *(str(tools / "cmake"), "-S", str(ROOT), "-B", str(BUILD), "-G", "Ninja"),
-        *("-DCMAKE_BUILD_TYPE=Debug", "-DTOUCHDOWN_SANITIZE=ON"),
+        *("-DCMAKE_BUILD_TYPE=Debug", "-DTOUCHDOWN_SANITIZE=ON", "-DTOUCHDOWN_TESTS=ON"),
         *(f"-DCMAKE_MAKE_PROGRAM={tools / 'ninja'}", f"-DPython_EXECUTABLE={sys.executable}"),
     ]
-    for command in (configure, [str(tools / "cmake"), "--build", str(BUILD)]):
+    build = [str(tools / "cmake"), "--build", str(BUILD)]
+    install = [str(tools / "cmake"), "--install", str(BUILD), "--prefix", str(BUILD / "package")]
+    for command in (configure, build, install):
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    for name, home in (("_engine", ENGINE), ("_fused", FUSED)):
-        for module in BUILD.glob(f"{name}*.so"):
-            shutil.copy(module, package / home)
-    oracles = ROOT / "tests" / ENGINE
+    ctest = [str(tools / "ctest"), "--test-dir", str(BUILD), "--output-on-failure"]
+    tested = subprocess.run(ctest, check=False)
+    if tested.returncode:
+        return tested.returncode
     environment = {
         **os.environ,
-        "PYTHONPATH": os.pathsep.join((str(BUILD / "package"), str(oracles))),
+        "PYTHONPATH": os.pathsep.join((str(BUILD / "package"), str(ORACLES))),
         "LD_PRELOAD": f"{library('libasan.so')} {library('libubsan.so')}",
         # Python keeps what it has until it ends
         "ASAN_OPTIONS": "detect_leaks=0:detect_stack_use_after_return=1",

@@ -4,16 +4,16 @@
 #include <cstdint>
 #include <vector>
 
-#include "batch.hpp"
-#include "lander.hpp"
+#include "engine/batch.hpp"
+#include "engine/lander.hpp"
 #include "xla/ffi/api/ffi.h"
 
 namespace {
 
 namespace ffi = xla::ffi;
-using namespace touchdown;
+using namespace touchdown::engine;
 
-// Landers that fly on for ever: whoever's episode has ended begins another in the step after.
+// Landers that fly on for ever: after an episode's last step the next one begins.
 struct Flock {
   Flock(std::size_t count, std::size_t threads)
       : landers(count, make_lander({})),
@@ -38,8 +38,7 @@ ffi::Error advance(std::int64_t address, ffi::Buffer<ffi::S32> actions,
   for (std::size_t i = 0; i < flock.landers.size(); ++i) {
     flock.throttles[i] = discrete_throttle(actions.typed_data()[i]);
   }
-  const Results results{observations->typed_data(), flock.rewards.data(),
-                        terminated->typed_data()};
+  const Results results{observations->typed_data(), flock.rewards.data(), terminated->typed_data()};
   step(flock.landers, flock.throttles, flock.tasks, results, flock.workspaces, flock.workers);
   std::copy(flock.rewards.begin(), flock.rewards.end(), rewards->typed_data());
   std::transform(results.terminated, results.terminated + flock.tasks.size(), flock.tasks.begin(),
@@ -52,8 +51,7 @@ ffi::Error advance(std::int64_t address, ffi::Buffer<ffi::S32> actions,
 extern "C" {
 
 void* make_flock(std::int64_t count, std::int64_t threads) {
-  auto* const flock =
-      new Flock(static_cast<std::size_t>(count), static_cast<std::size_t>(threads));
+  auto* const flock = new Flock(static_cast<std::size_t>(count), static_cast<std::size_t>(threads));
   for (std::uint32_t i = 0; i < flock->landers.size(); ++i) {
     seed(flock->landers[i], std::vector<std::uint32_t>{i});
   }

@@ -62,3 +62,6 @@ class Perceptron:
         max_grad_norm: float,
     ) -> tuple[float, float, float, float]:
         """K updates towards targets [M] that are given; order [K, B] says which in which."""
+
+def transition_fields(observation_size: int) -> dict[str, int]:
+    """Where each field of a packed transition begins, in 4-byte words."""

@@ -1,0 +1,143 @@
+// Plane geometry in single precision: vectors, rotations, transforms.
+//
+// Box2D: b2Math.h (b2Vec2, b2Rot, b2Transform, b2Mul, b2MulT). Every expression is part of the
+// promise that a flight equals stock Gymnasium's bit for bit: the order of operations and the
+// treatment of equal arguments are fixed, and sine and cosine are the C library's own.
+#pragma once
+
+#include <cfloat>
+#include <cmath>
+
+#include "engine/lanes.hpp"
+
+namespace touchdown::engine {
+
+inline constexpr float kEpsilon = FLT_EPSILON;
+
+// `F` is a float or a vector of floats, one per lane (lanes.hpp).
+template <typename F>
+struct Vec {
+  F x;
+  F y;
+};
+using Vec2 = Vec<float>;
+
+template <typename F>
+constexpr Vec<F> operator-(Vec<F> a) {
+  return {-a.x, -a.y};
+}
+template <typename F>
+constexpr Vec<F> operator+(Vec<F> a, Vec<F> b) {
+  return {a.x + b.x, a.y + b.y};
+}
+template <typename F>
+constexpr Vec<F> operator-(Vec<F> a, Vec<F> b) {
+  return {a.x - b.x, a.y - b.y};
+}
+template <typename F>
+constexpr Vec<F> operator*(F s, Vec<F> a) {
+  return {s * a.x, s * a.y};
+}
+template <typename F>
+constexpr Vec<F>& operator+=(Vec<F>& a, Vec<F> b) {
+  return a = a + b;
+}
+template <typename F>
+constexpr Vec<F>& operator-=(Vec<F>& a, Vec<F> b) {
+  return a = a - b;
+}
+
+template <typename Mask, typename F>
+constexpr Vec<F> select(Mask condition, Vec<F> a, Vec<F> b) {
+  return {condition ? a.x : b.x, condition ? a.y : b.y};
+}
+
+template <typename F>
+constexpr F dot(Vec<F> a, Vec<F> b) {
+  return a.x * b.x + a.y * b.y;
+}
+template <typename F>
+constexpr F cross(Vec<F> a, Vec<F> b) {
+  return a.x * b.y - a.y * b.x;
+}
+template <typename F>
+constexpr Vec<F> cross(Vec<F> a, F s) {
+  return {s * a.y, -(s * a.x)};
+}
+template <typename F>
+constexpr Vec<F> cross(F s, Vec<F> a) {
+  return {-(s * a.y), s * a.x};
+}
+
+inline float length(Vec2 a) { return std::sqrt(a.x * a.x + a.y * a.y); }
+
+// Makes `a` a unit vector and returns its former length; a vector too short to have a direction
+// stays.
+inline float normalize(Vec2& a) {
+  const float norm = length(a);
+  if (norm < kEpsilon) return 0.0f;
+  const float inverse = 1.0f / norm;
+  a.x *= inverse;
+  a.y *= inverse;
+  return norm;
+}
+
+// Not std::min and std::max: of two zeros that differ in sign, the second is taken, as the vector
+// instructions do (lanes.hpp).
+constexpr float smaller(float a, float b) { return a < b ? a : b; }
+constexpr float larger(float a, float b) { return a > b ? a : b; }
+template <typename F>
+constexpr F clamp(F a, F low, F high) {
+  return larger(low, smaller(a, high));
+}
+constexpr float magnitude(float a) { return a > 0.0f ? a : -a; }
+
+constexpr Vec2 smaller(Vec2 a, Vec2 b) { return {smaller(a.x, b.x), smaller(a.y, b.y)}; }
+constexpr Vec2 larger(Vec2 a, Vec2 b) { return {larger(a.x, b.x), larger(a.y, b.y)}; }
+
+struct Rotation {
+  float sin;
+  float cos;
+};
+
+inline Rotation rotation(float angle) { return {std::sin(angle), std::cos(angle)}; }
+
+constexpr Vec2 rotate(Rotation q, Vec2 v) {
+  return {q.cos * v.x - q.sin * v.y, q.sin * v.x + q.cos * v.y};
+}
+constexpr Vec2 rotate_back(Rotation q, Vec2 v) {
+  return {q.cos * v.x + q.sin * v.y, -q.sin * v.x + q.cos * v.y};
+}
+
+// From a body's own coordinates to the world's.
+struct Transform {
+  Vec2 origin;
+  Rotation rotation;
+};
+
+// The moon's. Multiplications by its zeros are not left out, because a zero has a sign.
+inline constexpr Transform kMoonTransform{{0.0f, 0.0f}, {0.0f, 1.0f}};
+
+// The transform of a body whose centre of mass, `local_center` in its own coordinates, is at
+// `center`.
+constexpr Transform transform_about(Vec2 center, Rotation q, Vec2 local_center) {
+  return {center - rotate(q, local_center), q};
+}
+
+constexpr Vec2 to_world(const Transform& t, Vec2 v) {
+  return {(t.rotation.cos * v.x - t.rotation.sin * v.y) + t.origin.x,
+          (t.rotation.sin * v.x + t.rotation.cos * v.y) + t.origin.y};
+}
+constexpr Vec2 to_local(const Transform& t, Vec2 v) {
+  return rotate_back(t.rotation, v - t.origin);
+}
+
+// From b's coordinates to a's (b2MulT).
+constexpr Transform relative(const Transform& a, const Transform& b) {
+  const Rotation p = a.rotation;
+  const Rotation q = b.rotation;
+  return {rotate_back(p, b.origin - a.origin),
+          {p.cos * q.sin - p.sin * q.cos, p.cos * q.cos + p.sin * q.sin}};
+}
+
+}  // namespace touchdown::engine

@@ -1,0 +1,80 @@
+// The backward pass: from ∂L/∂Q to the gradient of every parameter.
+#pragma once
+
+#include <cstddef>
+
+#include "fused/layers.hpp"
+#include "fused/network.hpp"
+#include "fused/panels.hpp"
+#include "fused/workspace.hpp"
+
+namespace touchdown::fused {
+namespace TOUCHDOWN_KERNEL {
+
+// For one panel: from ∂L/∂Q in `advantage_grad` to the gradient of every layer's outputs.
+inline void backward(const Network& network, const float* params, const Workspace& w, int panel) {
+  float* const advantage =
+      w.advantage_grad + static_cast<std::ptrdiff_t>(panel) * network.num_actions * kPanel;
+  float* const value = w.value_grad + panel * kPanel;
+  if (network.dueling) dueling_backward(network.num_actions, advantage, value);
+  for (int i = network.num_hidden - 1; i >= 0; --i) {
+    const Hidden& layer = network.hidden[i];
+    const int features = layer.linear.out;
+    const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(panel) * features * kPanel;
+    float* const grad = (network.layer_norm ? w.norm_grad[i] : w.features_grad[i]) + at;
+    const bool last = i == network.num_hidden - 1;
+    const Linear& next = last ? network.advantage : network.hidden[i + 1].linear;
+    const float* const next_grad =
+        last ? advantage
+             : w.features_grad[i + 1] + static_cast<std::ptrdiff_t>(panel) * next.out * kPanel;
+    // weightᵀ·gradient of the next layer, then the derivative of ReLU
+    multiply(params + next.weight, 1, next.in, next_grad, features, next.out, nullptr, grad);
+    const float* const output = w.features[i] + at;
+    for (int f = 0; f < features; ++f) {
+      const float value_weight = last && network.dueling ? params[network.value.weight + f] : 0.0f;
+      for (int half = 0; half < kPanel; half += kWidth) {
+        Vector d = load(grad + f * kPanel + half);
+        if (last && network.dueling) d += value_weight * load(value + half);
+        store(grad + f * kPanel + half, load(output + f * kPanel + half) > 0.0f ? d : Vector{});
+      }
+    }
+    if (network.layer_norm) {
+      layer_norm_backward(params + layer.gain, features, grad, w.normalized[i] + at,
+                          w.inverse_sigma[i] + panel * kPanel, w.features_grad[i] + at);
+    }
+  }
+}
+
+inline void linear_gradient(const Linear& linear, const float* grad, const float* in, int panels,
+                            float* gradient) {
+  const std::ptrdiff_t grad_panel = static_cast<std::ptrdiff_t>(linear.out) * kPanel;
+  sum_outer_products(grad, grad_panel, linear.out, in,
+                     static_cast<std::ptrdiff_t>(linear.in) * kPanel, linear.in, panels,
+                     gradient + linear.weight);
+  sum_samples(grad, grad_panel, linear.out, panels, gradient + linear.bias);
+}
+
+// The gradient of all parameters over the whole minibatch, from what the forward and the backward
+// pass of its panels have stored.
+inline void parameter_gradient(const Network& network, const Workspace& w, int panels) {
+  const float* in = w.inputs;
+  for (int i = 0; i < network.num_hidden; ++i) {
+    const Hidden& layer = network.hidden[i];
+    linear_gradient(layer.linear, w.features_grad[i], in, panels, w.gradient);
+    if (network.layer_norm) {
+      const std::ptrdiff_t grad_panel = static_cast<std::ptrdiff_t>(layer.linear.out) * kPanel;
+      sum_samples(w.norm_grad[i], grad_panel, layer.linear.out, panels, w.gradient + layer.shift);
+      for (int f = 0; f < layer.linear.out; ++f) {
+        outer_products_tile<1, 1>(w.norm_grad[i] + f * kPanel, grad_panel,
+                                  w.normalized[i] + f * kPanel, grad_panel, panels,
+                                  w.gradient + layer.gain + f, 1);
+      }
+    }
+    in = w.features[i];
+  }
+  if (network.dueling) linear_gradient(network.value, w.value_grad, in, panels, w.gradient);
+  linear_gradient(network.advantage, w.advantage_grad, in, panels, w.gradient);
+}
+
+}  // namespace TOUCHDOWN_KERNEL
+}  // namespace touchdown::fused

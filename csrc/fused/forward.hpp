@@ -1,0 +1,69 @@
+// The forward pass: from observations to Q(s,·), one panel at a time.
+#pragma once
+
+#include <cstddef>
+#include <utility>
+
+#include "fused/layers.hpp"
+#include "fused/learning.hpp"
+#include "fused/network.hpp"
+#include "fused/panels.hpp"
+#include "fused/workspace.hpp"
+
+namespace touchdown::fused {
+namespace TOUCHDOWN_KERNEL {
+
+// Copies the observations of `live` samples from number `first` on into a panel [D][kPanel]; the
+// columns beyond them are zero.
+inline void gather(const float* observations, const Samples& samples, std::ptrdiff_t first,
+                   int live, int num_observations, float* panel) {
+  for (int c = 0; c < kPanel; ++c) {
+    if (c >= live) {
+      for (int d = 0; d < num_observations; ++d) panel[d * kPanel + c] = 0.0f;
+      continue;
+    }
+    const std::ptrdiff_t index = samples.order ? samples.order[first + c] : first + c;
+    const float* const observation = observations + index * samples.observation_stride;
+    for (int d = 0; d < num_observations; ++d) panel[d * kPanel + c] = observation[d];
+  }
+}
+
+// Q(s,·) of the panel in `in`. Overwrites `in` and `out`, each [widest][kPanel].
+inline void forward(const Network& network, const float* params, float* in, float* out,
+                    float* state_value, float* q) {
+  for (int i = 0; i < network.num_hidden; ++i) {
+    const Hidden& layer = network.hidden[i];
+    linear_forward(layer.linear, params, in, out);
+    if (network.layer_norm) {
+      layer_norm_forward(params + layer.gain, params + layer.shift, layer.linear.out, out, nullptr,
+                         nullptr);
+    }
+    relu(out, layer.linear.out);
+    std::swap(in, out);
+  }
+  head_forward(network, params, in, state_value, q);
+}
+
+// Q(s,·) of the inputs of one panel into `q_tm1`, storing all activations that the backward pass
+// needs.
+inline void forward_storing_activations(const Network& network, const float* params,
+                                        const Workspace& w, int panel) {
+  const float* in =
+      w.inputs + static_cast<std::ptrdiff_t>(panel) * network.num_observations * kPanel;
+  for (int i = 0; i < network.num_hidden; ++i) {
+    const Hidden& layer = network.hidden[i];
+    const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(panel) * layer.linear.out * kPanel;
+    float* const out = w.features[i] + at;
+    linear_forward(layer.linear, params, in, out);
+    if (network.layer_norm) {
+      layer_norm_forward(params + layer.gain, params + layer.shift, layer.linear.out, out,
+                         w.normalized[i] + at, w.inverse_sigma[i] + panel * kPanel);
+    }
+    relu(out, layer.linear.out);
+    in = out;
+  }
+  head_forward(network, params, in, w.state_value, w.q_tm1);
+}
+
+}  // namespace TOUCHDOWN_KERNEL
+}  // namespace touchdown::fused

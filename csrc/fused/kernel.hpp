@@ -1,0 +1,29 @@
+// The fused kernel: values and updates of a Q-network, compiled once per instruction set.
+#pragma once
+
+#include <cstddef>
+
+#include "fused/learning.hpp"
+#include "fused/network.hpp"
+#include "simd/instruction_set.hpp"
+
+namespace touchdown::fused {
+
+struct Kernel {
+  // The number of floats that `update` needs to work in, for minibatches of `batch_size`.
+  std::size_t (*update_workspace)(const Network& network, int batch_size);
+  // The number of floats that `values` needs to work in.
+  std::size_t (*values_workspace)(const Network& network);
+  // Q(s,·) of `count` observations [count][D] into q [count][A].
+  void (*values)(const Network& network, const float* params, const float* observations,
+                 std::ptrdiff_t count, float* workspace, float* q);
+  // One update from the samples `first` to `first + batch_size`; writes their TD errors.
+  Metrics (*update)(const Network& network, const Rule& rule, const Learner& learner,
+                    const StepSize& step, const Samples& samples, std::ptrdiff_t first,
+                    int batch_size, const float* weights, float* workspace, float* td_error);
+};
+
+const Kernel& kernel(simd::InstructionSet set);  // `set` must be available
+const Kernel& kernel();                          // of the instruction set that is chosen
+
+}  // namespace touchdown::fused

@@ -1,0 +1,47 @@
+// The shape of a Q-network: a multilayer perceptron whose parameters lie in one flat array.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace touchdown::fused {
+
+inline constexpr int kMaxHidden = 16;              // hidden layers
+inline constexpr std::int64_t kMaxSize = 1 << 20;  // of a layer, and of a minibatch
+
+// y = weight·x + bias; weight is [out][in]. `weight` and `bias` are offsets into the flat array.
+struct Linear {
+  int in = 0;
+  int out = 0;
+  std::ptrdiff_t weight = 0;
+  std::ptrdiff_t bias = 0;
+};
+
+// A linear layer, layer normalisation if the network has it, and ReLU.
+struct Hidden {
+  Linear linear;
+  std::ptrdiff_t gain = 0;
+  std::ptrdiff_t shift = 0;
+};
+
+struct Network {
+  int num_observations = 0;  // D
+  int num_actions = 0;       // A
+  int num_hidden = 0;
+  bool layer_norm = false;
+  bool dueling = false;
+  Hidden hidden[kMaxHidden];
+  Linear value;                   // of a dueling head, one output
+  Linear advantage;               // of a dueling head; without one, the action values themselves
+  int widest = 0;                 // the most features that any layer takes or gives
+  std::ptrdiff_t num_params = 0;  // P
+};
+
+// A network whose parameters have the order of touchdown.agents.networks: a layer's weight, its
+// bias, then its normalisation's gain and shift; in a dueling head the value's before the
+// advantages'. Throws std::invalid_argument for sizes out of range.
+Network make_network(std::int64_t num_observations, std::span<const std::int64_t> hidden_sizes,
+                     std::int64_t num_actions, bool layer_norm, bool dueling);
+
+}  // namespace touchdown::fused

@@ -1,0 +1,62 @@
+#include <iostream>
+
+#include "fused/kernel.hpp"
+#include "tests/check.hpp"
+#include "tests/fused/slow_twin.hpp"
+
+namespace {
+
+using namespace touchdown::fused;
+namespace simd = touchdown::simd;
+
+std::vector<float> values_of(const Kernel& kernel, const Network& network,
+                             const std::vector<float>& params,
+                             const std::vector<float>& observations) {
+  const std::size_t count =
+      observations.size() / static_cast<std::size_t>(network.num_observations);
+  std::vector<float> q(count * static_cast<std::size_t>(network.num_actions));
+  std::vector<float> workspace(kernel.values_workspace(network));
+  kernel.values(network, params.data(), observations.data(), static_cast<std::ptrdiff_t>(count),
+                workspace.data(), q.data());
+  return q;
+}
+
+TEST("values are those of plain loops, under each instruction set") {
+  constexpr std::size_t count = 37;
+  for (const simd::InstructionSet set : simd::kInstructionSets) {
+    if (!simd::is_available(set)) continue;
+    for (const auto& [name, network] : networks()) {
+      std::cerr << simd::name(set) << ", " << name << '\n';
+      const std::vector<float> params = random_params(network, 1);
+      const RandomBatch batch(network, count, 2);
+      const std::vector<float> q = values_of(kernel(set), network, params, batch.o_t);
+      for (std::size_t i = 0; i < count; ++i) {
+        const Doubles expected = slow_values(network, {params.begin(), params.end()},
+                                             observation_of(batch.o_t, network, i));
+        for (std::size_t a = 0; a < expected.size(); ++a) {
+          CHECK_NEAR(q[i * expected.size() + a], expected[a], 1e-4);
+        }
+      }
+    }
+  }
+}
+
+TEST("a value does not depend on the observations beside it") {
+  for (const simd::InstructionSet set : simd::kInstructionSets) {
+    if (!simd::is_available(set)) continue;
+    const Network network = networks()[3].second;
+    const std::vector<float> params = random_params(network, 1);
+    const RandomBatch batch(network, 37, 2);
+    const std::vector<float> together = values_of(kernel(set), network, params, batch.o_t);
+    for (std::size_t i = 0; i < 37; ++i) {
+      const Doubles alone = observation_of(batch.o_t, network, i);
+      const std::vector<float> q =
+          values_of(kernel(set), network, params, {alone.begin(), alone.end()});
+      for (std::size_t a = 0; a < 3; ++a) CHECK_EQUAL(q[a], together[3 * i + a]);
+    }
+  }
+}
+
+}  // namespace
+
+int main() { return touchdown::check::run_all(); }
