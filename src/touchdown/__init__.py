@@ -1,13 +1,16 @@
 """Touchdown: a deep Q-learning laboratory for the lunar lander.
 
-The functions here do what the verbs of the command line do. They load what they need when they are
-first used, so that importing the package is quick.
+The functions here do the same as the verbs of the command line. Each is loaded when it is first
+used, so importing the package is quick.
 """
 
 import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from touchdown.api.exporting import export
+    from touchdown.api.flying import evaluate, fly
+    from touchdown.api.runs import show
     from touchdown.api.studies import (
         compare,
         list_studies,
@@ -16,7 +19,8 @@ if TYPE_CHECKING:
         study_status,
         tune_agent,
     )
-    from touchdown.api.verbs import evaluate, export, fly, resume, show, train, tune_pid
+    from touchdown.api.training import resume, train
+    from touchdown.api.tuning import tune_pid
     from touchdown.config.config import Config
     from touchdown.config.presets import PRESETS, preset
     from touchdown.core.errors import Interrupted, UserError
@@ -29,20 +33,20 @@ _HOMES = {
     "Run": "runs.run",
     "UserError": "core.errors",
     "compare": "api.studies",
-    "evaluate": "api.verbs",
-    "export": "api.verbs",
-    "fly": "api.verbs",
+    "evaluate": "api.flying",
+    "export": "api.exporting",
+    "fly": "api.flying",
     "list_runs": "runs.run",
     "list_studies": "api.studies",
     "preset": "config.presets",
-    "resume": "api.verbs",
+    "resume": "api.training",
     "run_study": "api.studies",
-    "show": "api.verbs",
+    "show": "api.runs",
     "study_report": "api.studies",
     "study_status": "api.studies",
-    "train": "api.verbs",
+    "train": "api.training",
     "tune_agent": "api.studies",
-    "tune_pid": "api.verbs",
+    "tune_pid": "api.tuning",
 }
 
 __version__ = "0.1.0"

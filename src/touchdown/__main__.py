@@ -1,4 +1,4 @@
-"""`python -m touchdown` is the command line."""
+"""`python -m touchdown` runs the command line."""
 
 from touchdown.cli.app import main
 

@@ -13,7 +13,7 @@ def findings(runs_dir) -> dict[str, doctor.Finding]:
     return {finding.name: finding for finding in doctor.check_up(runs_dir)}
 
 
-def test_a_whole_installation_has_nothing_bad_and_says_what_it_computes_with(tmp_path):
+def test_a_complete_installation_has_nothing_bad_and_names_its_instruction_set(tmp_path):
     found = findings(tmp_path / "runs")
     assert [name for name, finding in found.items() if finding.state == "bad"] == []
     assert "avx" in found["exact engine"].text or "baseline" in found["exact engine"].text
@@ -21,7 +21,7 @@ def test_a_whole_installation_has_nothing_bad_and_says_what_it_computes_with(tmp
     assert str(tmp_path / "runs") in found["runs"].text
 
 
-def test_an_engine_that_is_not_stock_is_found_out(tmp_path, monkeypatch):
+def test_an_engine_that_differs_from_stock_is_bad(tmp_path, monkeypatch):
     monkeypatch.setattr(rules, "EXACT_ID", "touchdown/LunarLanderContinuous-v3")
     assert findings(tmp_path)["exactness"].state == "bad"
 
@@ -44,7 +44,7 @@ def test_a_folder_that_cannot_be_written_is_bad(tmp_path):
     assert "--runs-dir" in finding.text
 
 
-def test_a_file_in_the_place_of_the_runs_is_bad_and_the_verb_exits_with_2(tmp_path, capsys):
+def test_a_file_instead_of_the_runs_folder_is_bad_and_the_verb_exits_with_2(tmp_path, capsys):
     (tmp_path / "runs").write_text("")
     with pytest.raises(SystemExit) as ended:
         app.main(["doctor", "--json", "--runs-dir", str(tmp_path / "runs")])

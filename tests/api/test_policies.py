@@ -25,7 +25,7 @@ SB3 = Path(__file__).parents[1] / "policies" / "foreign" / "sb3"
 
 
 def weights(path: Path, seed: int) -> np.ndarray:
-    """Writes a policy, and gives its actions."""
+    """Write a policy and return its actions."""
     params = np.asarray(NETWORK.init(jax.random.key(seed)))
     policy_weights.save_weights(path, NETWORK, params, {}, CONFIG)
     return NETWORK.policy(params).act(OBSERVATIONS)
@@ -39,14 +39,14 @@ def shipped(tmp_path, monkeypatch) -> Path:
     return folder
 
 
-def test_a_pilot_that_comes_with_touchdown_goes_by_its_name(shipped, tmp_path):
+def test_a_shipped_policy_is_found_by_its_name(shipped, tmp_path):
     actions = weights(shipped / "ace.safetensors", seed=0)
     policy = find_policy("ace", tmp_path / "runs", LANDER)
     assert (policy.name, policy.env_id) == ("ace", "CartPole-v1")
     assert_array_equal(policy.policy.act(OBSERVATIONS), actions)
 
 
-def test_a_run_of_that_name_goes_before_it(shipped, tmp_path):
+def test_a_run_takes_precedence_over_a_shipped_policy_of_its_name(shipped, tmp_path):
     decoy = weights(shipped / "ace.safetensors", seed=0)
     run = folders.create(tmp_path / "runs", CONFIG, "ace")
     actions = weights(run.best, seed=1)
@@ -55,7 +55,9 @@ def test_a_run_of_that_name_goes_before_it(shipped, tmp_path):
     assert_array_equal(policy.policy.act(OBSERVATIONS), actions)
 
 
-def test_a_folder_of_that_name_beside_it_is_no_run(shipped, tmp_path, monkeypatch):
+def test_a_folder_outside_the_runs_folder_does_not_hide_a_shipped_policy(
+    shipped, tmp_path, monkeypatch
+):
     weights(shipped / "ace.safetensors", seed=0)
     (tmp_path / "ace").mkdir()
     monkeypatch.chdir(tmp_path)
@@ -64,18 +66,18 @@ def test_a_folder_of_that_name_beside_it_is_no_run(shipped, tmp_path, monkeypatc
         find_policy("./ace", Path("runs"), LANDER)
 
 
-def test_a_name_cannot_lead_out_of_the_folder(shipped, tmp_path):
+def test_a_name_cannot_lead_out_of_the_runs_folder(shipped, tmp_path):
     weights(tmp_path / "secret.safetensors", seed=0)
     assert shipped.is_dir()
     with pytest.raises(UserError, match=r"run '\.\./secret': no such folder"):
         find_policy("../secret", tmp_path / "runs", LANDER)
 
 
-def test_the_folder_of_shipped_pilots_is_in_the_package():
+def test_the_folder_of_shipped_policies_is_in_the_package():
     assert (lookup.SHIPPED / "README.md").is_file()
 
 
-def test_an_archive_of_stable_baselines_is_a_pilot_for_the_world_given(tmp_path):
+def test_a_stable_baselines_archive_is_a_policy_for_the_environment_given(tmp_path):
     policy = find_policy(SB3 / "dqn.zip", tmp_path, LANDER)
     assert (policy.name, policy.env_id) == ("dqn", "LunarLander-v3")
     assert policy.policy.act(np.zeros((2, 8), np.float32)).shape == (2,)
@@ -84,12 +86,12 @@ def test_an_archive_of_stable_baselines_is_a_pilot_for_the_world_given(tmp_path)
 
 
 @pytest.mark.parametrize("name", ["x.onnx", "x.zip", "x.toml", "x.safetensors", "random"])
-def test_no_run_has_the_name_of_another_pilot(tmp_path, name):
+def test_a_run_cannot_have_the_name_of_another_policy(tmp_path, name):
     with pytest.raises(UserError, match="means another policy"):
         folders.create(tmp_path, CONFIG, name)
 
 
-def test_the_pilot_that_comes_along_lands_from_starts_that_it_was_not_chosen_by():
+def test_the_shipped_policy_lands_from_starts_that_did_not_choose_it():
     ace = lookup.load("ace")
     evaluator = Evaluator(ace.env_id, engine=engines.engine_in_use())
     results = evaluator.rollout(ace.policy, VALIDATION_STARTS[-40:])

@@ -8,6 +8,7 @@ import pytest
 import touchdown
 from touchdown.api import studies
 from touchdown.cli import app
+from touchdown.config import toml
 from touchdown.core.errors import UserError
 from touchdown.studies.executors import LocalExecutor
 from touchdown.studies.store import open_store
@@ -194,6 +195,6 @@ def test_an_agents_settings_are_searched_and_the_search_goes_on(tmp_path):
     assert more.trials == 3
     assert more.value >= first.value
     winner = touchdown.preset("cartpole")
-    from_file = app.from_values(app.read_toml(out), winner, out)
+    from_file = toml.from_values(toml.read_toml(out), winner, out)
     assert from_file.learning.gamma == pytest.approx(more.changed["learning.gamma"])
     assert all(run.config.seed >= 10_000 for run in touchdown.list_runs(tmp_path / "results/runs"))

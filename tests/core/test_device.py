@@ -22,7 +22,7 @@ def said(**environment: str) -> str:
     return run.stdout.strip()
 
 
-def test_what_is_compiled_is_kept_in_the_users_cache_and_found_again(tmp_path):
+def test_compiled_code_is_kept_in_the_users_cache_and_found_again(tmp_path):
     folder = Path(said(XDG_CACHE_HOME=str(tmp_path)))
     assert folder.parent == tmp_path / "touchdown"
     kept = sorted(path.name for path in folder.iterdir() if "atime" not in path.name)
@@ -31,13 +31,13 @@ def test_what_is_compiled_is_kept_in_the_users_cache_and_found_again(tmp_path):
     assert sorted(path.name for path in folder.iterdir() if "atime" not in path.name) == kept
 
 
-def test_a_cache_that_the_user_chose_is_left_alone(tmp_path):
+def test_a_cache_folder_that_the_user_chose_is_kept(tmp_path):
     chosen = tmp_path / "mine"
     chosen.mkdir()
     assert said(JAX_COMPILATION_CACHE_DIR=str(chosen)) == str(chosen)
 
 
-def test_without_a_place_for_it_nothing_is_kept_and_all_goes_on(tmp_path):
+def test_without_a_writable_cache_folder_nothing_is_kept_and_computing_works(tmp_path):
     taken = tmp_path / "file"
     taken.write_text("not a folder", "utf-8")
     assert said(XDG_CACHE_HOME=str(taken)) == "None"

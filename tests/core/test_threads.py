@@ -1,4 +1,4 @@
-"""How many threads a process takes for itself."""
+"""How many threads a process uses."""
 
 import os
 
@@ -9,52 +9,52 @@ from touchdown.envs.pool import make_pool
 
 
 @pytest.fixture
-def told(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
-    # set, then removed: what a test sets is put back even where there was nothing
+def environ(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
+    # set, then removed: so monkeypatch undoes what a test sets even if nothing was set before
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
     monkeypatch.delenv("OMP_NUM_THREADS")
     return monkeypatch
 
 
-@pytest.mark.usefixtures("told")
-def test_a_process_takes_all_cores_that_it_may_run_on():
+@pytest.mark.usefixtures("environ")
+def test_a_process_uses_all_cores_that_it_may_run_on():
     assert threads.threads() == threads.available() == len(os.sched_getaffinity(0))
 
 
 @pytest.mark.parametrize(("text", "count"), [("1", 1), ("3", 3), ("64", 64)])
-def test_a_process_takes_as_many_threads_as_it_is_told(told, text: str, count: int):
-    told.setenv("OMP_NUM_THREADS", text)
+def test_a_process_uses_as_many_threads_as_omp_num_threads_says(environ, text: str, count: int):
+    environ.setenv("OMP_NUM_THREADS", text)
     assert threads.threads() == count
 
 
 @pytest.mark.parametrize("text", ["", "0", "-2", "4,2", "all"])
-def test_what_is_no_count_of_threads_is_passed_over(told, text: str):
-    told.setenv("OMP_NUM_THREADS", text)
+def test_a_value_that_is_not_a_count_of_threads_is_ignored(environ, text: str):
+    environ.setenv("OMP_NUM_THREADS", text)
     assert threads.threads() == threads.available()
 
 
 @pytest.mark.parametrize(("processes", "count"), [(1, 6), (2, 3), (4, 1), (50, 1)])
-def test_processes_share_the_cores_and_each_has_one(told, processes: int, count: int):
-    told.setattr(threads, "available", lambda: 6)
+def test_processes_share_the_cores_and_each_has_at_least_one(environ, processes: int, count: int):
+    environ.setattr(threads, "available", lambda: 6)
     threads.share(processes)
     assert threads.threads() == count
 
 
-def test_who_has_said_how_many_threads_there_are_is_not_overruled(told):
-    told.setenv("OMP_NUM_THREADS", "5")
+def test_a_number_of_threads_set_by_the_user_is_not_overruled(environ):
+    environ.setenv("OMP_NUM_THREADS", "5")
     threads.share(2)
     assert threads.threads() == 5
 
 
-def test_landers_are_shared_by_threads_only_where_there_are_enough_of_them(told):
+def test_landers_are_split_between_threads_only_if_there_are_enough_of_them(environ):
     engine = pytest.importorskip("touchdown.lander._engine")
     asked: list[tuple[int, int]] = []
 
     def batch(count: int, *, num_threads: int) -> None:
         asked.append((count, num_threads))
 
-    told.setattr(engine, "Batch", batch)
-    told.setenv("OMP_NUM_THREADS", "4")
+    environ.setattr(engine, "Batch", batch)
+    environ.setenv("OMP_NUM_THREADS", "4")
     for count in (1, 32, 33, 64, 1_000):
         make_pool("LunarLander-v3", count, "exact")
     assert asked == [(1, 1), (32, 1), (33, 2), (64, 2), (1_000, 4)]

@@ -1,4 +1,4 @@
-"""What this machine has for the laboratory, what is missing, and what would help."""
+"""Check this installation: what works, what is missing, and what would help."""
 
 import os
 import platform
@@ -12,7 +12,7 @@ from typing import Any, Literal, cast
 
 import gymnasium
 import numpy as np
-from gymnasium.error import Error as NotThere
+from gymnasium.error import Error as GymnasiumError
 
 from touchdown.core import device, threads
 from touchdown.core.errors import UserError, one_line
@@ -24,12 +24,12 @@ from touchdown.runs.provenance import cpu_name
 State = Literal["good", "note", "bad"]
 
 _SEED = 0
-_STEPS = 600  # from the start past the first touch, over several resets
+_STEPS = 600  # enough for touchdowns and several resets
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing that was looked at."""
+    """The result of one check."""
 
     name: str
     state: State
@@ -42,12 +42,12 @@ class Finding:
 
 
 def check_up(runs_dir: Path) -> list[Finding]:
-    """Look at everything; takes a second or two.
+    """Make every check; takes a second or two.
 
     Args:
-        runs_dir: where runs would be kept.
+        runs_dir: folder that would hold the runs.
     """
-    looks: dict[str, Callable[[], tuple[State, str]]] = {
+    checks: dict[str, Callable[[], tuple[State, str]]] = {
         "touchdown": _touchdown,
         "machine": _machine,
         "libraries": _libraries,
@@ -60,10 +60,10 @@ def check_up(runs_dir: Path) -> list[Finding]:
         "runs": lambda: _runs(runs_dir),
     }
     findings: list[Finding] = []
-    for name, look in looks.items():
+    for name, check in checks.items():
         try:
-            state, text = look()
-        except (ImportError, OSError, RuntimeError, UserError, ValueError, NotThere) as error:
+            state, text = check()
+        except (ImportError, OSError, RuntimeError, UserError, ValueError, GymnasiumError) as error:
             state, text = "bad", one_line(error)
         findings.append(Finding(name, state, text))
     return findings
@@ -99,13 +99,13 @@ def _stock() -> tuple[State, str]:
 def _engine() -> tuple[State, str]:
     if not engines.engine_built():
         return "note", (
-            "was not built: stock flies instead, more slowly; install a C++ compiler "
-            "such as g++, and then touchdown again"
+            "was not built: stock Gymnasium is used instead, more slowly; install a C++ compiler "
+            "such as g++, then install touchdown again"
         )
-    from touchdown.lander._engine import simd  # noqa: PLC0415 - built, as was just seen
+    from touchdown.lander._engine import simd  # noqa: PLC0415 - it may not have been built
 
     wanted = os.environ.get("TOUCHDOWN_SIMD")
-    why = f"TOUCHDOWN_SIMD={wanted}" if wanted else "the widest here; TOUCHDOWN_SIMD chooses"
+    why = f"TOUCHDOWN_SIMD={wanted}" if wanted else "the widest here; TOUCHDOWN_SIMD overrides it"
     return "good", f"computes with {simd()} ({why})"
 
 
@@ -122,15 +122,15 @@ def _exactness() -> tuple[State, str]:
             pair = [env.reset(seed=seed)[0].tobytes() for env in (stock, ours)]
             seed, ended = None, False
         else:
-            # falls, now and then with the main engine on: both legs touch, and the hull
+            # fall, with the main engine on at times: both legs and the hull touch the ground
             action = int(rng.choice([0, 0, 2]))
             theirs, mine = stock.step(action), ours.step(action)
             pair = [(o.tobytes(), float(r), end) for o, r, end, _, _ in (theirs, mine)]
             ended = mine[2] or mine[3]
         if pair[0] != pair[1]:
             return "bad", (
-                f"step {step} differs from stock's: results on the exact engine are not "
-                "stock's on this machine; use --engine gymnasium, and please report it"
+                f"step {step} differs from stock: on this machine the exact engine does not give "
+                "stock's results; use --engine gymnasium, and please report it"
             )
     stock.close()
     ours.close()
@@ -138,22 +138,25 @@ def _exactness() -> tuple[State, str]:
 
 
 def _films() -> tuple[State, str]:
-    import imageio_ffmpeg  # noqa: PLC0415 - looked for only here
+    import imageio_ffmpeg  # noqa: PLC0415 - a missing ffmpeg fails this check alone
 
-    return "good", f"ffmpeg {imageio_ffmpeg.get_ffmpeg_version()} writes MP4; GIFs need nothing"
+    return (
+        "good",
+        f"ffmpeg {imageio_ffmpeg.get_ffmpeg_version()} writes MP4; GIFs do not need it",
+    )
 
 
 def _window() -> tuple[State, str]:
     if sys.platform == "linux" and not any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY"))):
-        return "note", "no display: `fly` writes films, `fly --window` needs a screen"
-    return "good", "there is a display for `fly --window`"
+        return "note", "no display: `fly` writes films; `fly --out window` needs a screen"
+    return "good", "there is a display for `fly --out window`"
 
 
 def _runs(runs_dir: Path) -> tuple[State, str]:
     folder = runs_dir.absolute()
     place = next(path for path in (folder, *folder.parents) if path.exists())
     if not place.is_dir() or not os.access(place, os.W_OK):
-        return "bad", f"{place}: cannot be written to; choose another with --runs-dir"
+        return "bad", f"{place}: cannot be written to; choose another folder with --runs-dir"
     free = shutil.disk_usage(place).free
     text = f"{folder}, {free / 1e9:,.1f} GB free"
-    return ("note", f"{text}: little") if free < 1e9 else ("good", text)
+    return ("note", f"{text}: that is little") if free < 1e9 else ("good", text)

@@ -1,4 +1,4 @@
-"""Finding the policy that a user means: a value, a run, or a name."""
+"""Find the policy that a user means: a policy itself, a run, a name or a file."""
 
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -11,15 +11,15 @@ from touchdown.runs.run import Run, load_run
 
 PolicyLike = str | Path | NamedPolicy | Run
 """A run, its name, `pid`, `heuristic`, `random`, a policy that comes with touchdown, or a file:
-weights (`.safetensors`), gains (`.toml`), an `.onnx` model, a `.zip` of Stable-Baselines3."""
+weights (`.safetensors`), gains (`.toml`), an `.onnx` model, a Stable-Baselines3 `.zip`."""
 
 
 def find_policy(policy: PolicyLike, runs_dir: Path, env_id: str) -> NamedPolicy:
-    """The policy that is meant. A run goes before a policy of the same name that is shipped.
+    """The policy meant. A run takes precedence over a shipped policy of the same name.
 
     Args:
         policy: see `PolicyLike`.
-        runs_dir: where runs are kept.
+        runs_dir: folder that holds the runs.
         env_id: the environment for policies that do not know theirs.
 
     Raises:
@@ -37,5 +37,5 @@ def find_policy(policy: PolicyLike, runs_dir: Path, env_id: str) -> NamedPolicy:
 
 
 def shipped(name: str, runs_dir: Path) -> Traversable | None:
-    """The weights of a shipped policy; None where a run has that name, or nothing has it."""
+    """The weights of a shipped policy; None if a run has that name, or no shipped policy does."""
     return None if (runs_dir / name).is_dir() else lookup.shipped(name)

@@ -1,4 +1,4 @@
-"""Live views of training and of studies on a terminal; nothing where no terminal is watching."""
+"""Live views of training and of studies on a terminal."""
 
 import time
 from collections.abc import Callable
@@ -13,15 +13,15 @@ from touchdown.studies.executors import Event
 from touchdown.studies.runner import State
 from touchdown.training.pace import TrainingStatus
 
-_SETTLED = 0.2  # share of training after which the recent return means something
+_SETTLED = 0.2  # share of training after which the mean of recent returns is more than luck
 
 
 class TrainingView(View):
-    """A live view of training on a terminal, and nothing anywhere else.
+    """A live view of training on a terminal; elsewhere it draws nothing.
 
     Args:
         console: where to draw.
-        name: of the run.
+        name: name of the run.
     """
 
     def __init__(self, console: Console, name: str) -> None:
@@ -30,12 +30,12 @@ class TrainingView(View):
         self._phase = count_bar(console)
 
     def status(self, status: TrainingStatus) -> None:
-        """Show where training stands."""
+        """Show the state of training."""
         if self._console.is_terminal:
             self._live.update(self._draw(status))
 
     def phase(self, text: str, count: int) -> None:
-        """Show a bar of `count` flights or pictures for what comes now."""
+        """Start a phase after training, and show a bar over its `count` episodes or pictures."""
         if self._console.is_terminal:
             for task in self._phase.task_ids:
                 self._phase.remove_task(task)
@@ -43,7 +43,7 @@ class TrainingView(View):
             self._live.update(self._phase)
 
     def advance(self) -> None:
-        """One flight or picture of the phase is done."""
+        """Count one episode or picture of the phase as done."""
         for task in self._phase.task_ids:
             self._phase.advance(task)
 
@@ -52,12 +52,12 @@ class TrainingView(View):
         table = Table.grid(padding=(0, 1))
         cells = [
             ("episode", f"{status.episode}"),
-            ("observations", f"{status.env_steps:,}"),
+            ("env steps", f"{status.env_steps:,}"),
             ("return", f"{status.episode_return:.0f}"),
             ("mean of 100", f"{status.recent_return:.0f}"),
             ("ε", f"{status.epsilon:.3f}"),
             ("loss", loss),
-            ("1000 steps", f"{status.recent_time_limit_share:.0%}"),
+            ("timed out", f"{status.recent_time_limit_share:.0%}"),
             ("steps/s", f"{status.steps_per_second:,.0f}"),
             ("ETA", clock(status.seconds_left)),
         ]
@@ -70,12 +70,12 @@ class TrainingView(View):
 
 
 class StudyView(View):
-    """A live view of a study on a terminal; elsewhere a line for each job that fails.
+    """A live view of a study on a terminal; elsewhere it prints a line for each job that fails.
 
     Args:
         console: where to draw.
-        name: of the study.
-        name_of: what a job is called, by its digest.
+        name: name of the study.
+        name_of: gives a job's name for its digest.
     """
 
     def __init__(self, console: Console, name: str, name_of: Callable[[str], str]) -> None:
@@ -87,14 +87,13 @@ class StudyView(View):
         self._best: tuple[float, str] | None = None
 
     def update(self, state: State, event: Event) -> None:
-        """Show where the study stands, after something has happened."""
+        """Show the state of the study after an event."""
         if self._first_share is None:
             self._first_share = state.share
         if event.kind in ("died", "failed"):
-            said = f"{self._name_of(event.digest)}: {event.kind}: {event.text}"
-            self._console.print(said, soft_wrap=True, markup=False, highlight=False)
+            line = f"{self._name_of(event.digest)}: {event.kind}: {event.text}"
+            self._console.print(line, soft_wrap=True, markup=False, highlight=False)
         recent = event.progress.recent_return
-        # the mean of few episodes is luck
         if recent is not None and event.progress.share > _SETTLED:
             self._best = max(self._best or (recent, ""), (recent, self._name_of(event.digest)))
         if self._console.is_terminal:
@@ -110,7 +109,7 @@ class StudyView(View):
             ("done", f"{state.done} of {state.total}"),
             ("running", str(len(state.running))),
             ("failed", str(len(state.failed))),
-            ("run again", str(state.died)),
+            ("restarted", str(state.died)),
             ("ETA", left),
         ]
         counts.add_row(*(Text(name, style="dim") for name, _ in cells))

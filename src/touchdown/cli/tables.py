@@ -11,20 +11,11 @@ from touchdown.api.doctor import Finding
 
 
 def runs_table(facts: Sequence[Mapping[str, Any]]) -> Table:
-    """One row a run."""
+    """One row per run."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("run", no_wrap=True)
-    for name in (
-        "preset",
-        "world",
-        "seed",
-        "status",
-        "episodes",
-        "observations",
-        "minutes",
-        "test",
-    ):
-        text = name in ("preset", "world", "status")
+    for name in ("preset", "env", "seed", "status", "episodes", "env steps", "minutes", "test"):
+        text = name in ("preset", "env", "status")
         table.add_column(name, justify="left" if text else "right", no_wrap=True)
     for run in facts:
         if run["status"] == "broken":
@@ -46,7 +37,7 @@ def runs_table(facts: Sequence[Mapping[str, Any]]) -> Table:
 
 
 def findings_table(findings: Sequence[Finding]) -> Table:
-    """One row a thing that the doctor looked at."""
+    """One row per check of the doctor."""
     marks = {"good": Text("✓", "green"), "note": Text("!", "yellow"), "bad": Text("✗", "bold red")}
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_header=False)
     table.add_column("")
@@ -58,7 +49,7 @@ def findings_table(findings: Sequence[Finding]) -> Table:
 
 
 def studies_table(found: Sequence[Any]) -> Table:
-    """One row a study: how far it is."""
+    """One row per study: how many of its runs are done."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("study", no_wrap=True)
     for name in ("runs", "done", "failed", "missing"):
@@ -71,7 +62,7 @@ def studies_table(found: Sequence[Any]) -> Table:
 
 
 def topics_table(found: Sequence[Any]) -> Table:
-    """One row a topic of the paper: what it asks, and how many runs it takes."""
+    """One row per topic of the paper: what it asks, and how many runs it takes."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("study", no_wrap=True)
     table.add_column("section", no_wrap=True)
@@ -87,7 +78,7 @@ def topics_table(found: Sequence[Any]) -> Table:
 
 
 def claims_table(decisions: Mapping[str, Sequence[Any]]) -> Table:
-    """One row a claim: its verdict."""
+    """One row per claim: its verdict."""
     styles = {"holds": "green", "does not hold": "bold red", "undecided": "yellow"}
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("study", no_wrap=True)

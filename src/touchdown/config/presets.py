@@ -156,9 +156,9 @@ _ACE = _with(
 
 _NAMED: dict[str, tuple[str, Config]] = {
     "dqn": ("section 4, Algorithm 2: replay, no target network", _DQN),
-    "target-dqn": ("section 6, Eq. 5: a target network, copied every 1000 observations", _TARGET),
+    "target-dqn": ("section 6, Eq. 5: a target network, copied every 1000 env steps", _TARGET),
     "preferential-dqn": (
-        "section 7: rewarded transitions stored again",
+        "section 7: rewarded transitions are stored again",
         _with(_TARGET, replay=_RESAVED),
     ),
     "paper-best": (
@@ -166,23 +166,23 @@ _NAMED: dict[str, tuple[str, Config]] = {
         _with(_DQN, replay=_RESAVED, learning={"gamma": 0.99, "target_period": 800}),
     ),
     "pilot": (
-        "section 9 without re-saves, 180,000 observations at a higher rate; `make land`",
+        "section 9 without resaves, 180,000 env steps at a higher learning rate; `make land`",
         _PILOT,
     ),
     "tabular-q": (
-        "section 1, Algorithm 1: a table, on FrozenLake-v1 or any --env-id with few states",
+        "section 1, Algorithm 1: a table, for FrozenLake-v1 or another env with few states",
         _TABLE,
     ),
     "tabular-sarsa": (
-        "`tabular-q` learning the value of what it does (appendix A; Rummery & Niranjan, 1994)",
+        "on-policy `tabular-q` (appendix A; Rummery & Niranjan, 1994)",
         _with(_TABLE, learning={"target": "sarsa"}),
     ),
     "tabular-expected-sarsa": (
-        "`tabular-sarsa` with the mean over the next action (van Seijen et al., 2009)",
+        "`tabular-sarsa`, mean over next actions (van Seijen et al., 2009)",
         _with(_TABLE, learning={"target": "expected-sarsa"}),
     ),
     "value-iteration": (
-        "section 1, Eq. 1: Q* from the world's own model, a sweep a step (Bellman, 1957)",
+        "section 1, Eq. 1: Q* from the environment's own model (Bellman, 1957)",
         _with(
             _TABLE,
             algorithm="value-iteration",
@@ -192,7 +192,7 @@ _NAMED: dict[str, tuple[str, Config]] = {
         ),
     ),
     "tabular-lander": (
-        "section 1 on the lander, cut into 87,500 states",
+        "section 1 on the lander, its observations binned into 87,500 states",
         _with(
             _TABLE,
             env_id="LunarLander-v3",
@@ -211,7 +211,7 @@ _NAMED: dict[str, tuple[str, Config]] = {
         ),
     ),
     "online-q": (
-        "section 3, Eq. 4: each transition once, no memory and no target network",
+        "section 3, Eq. 4: each transition once, no replay and no target network",
         _with(
             _PILOT,
             replay={"capacity": 1, "min_size": 1},
@@ -219,11 +219,11 @@ _NAMED: dict[str, tuple[str, Config]] = {
         ),
     ),
     "vector-dqn": (
-        "section 9 in 16 worlds side by side, an update every fourth observation",
+        "section 9 in 16 environments at once, an update every 4 env steps",
         _VECTOR,
     ),
     "deep-sarsa": (
-        "`vector-dqn` learning the value of what it does (appendix A; Rummery & Niranjan, 1994)",
+        "on-policy `vector-dqn` (appendix A; Rummery & Niranjan, 1994)",
         _with(_VECTOR, learning={"target": "sarsa"}),
     ),
     "double-dqn": (
@@ -235,7 +235,7 @@ _NAMED: dict[str, tuple[str, Config]] = {
         _with(_VECTOR, network={"dueling": True}),
     ),
     "n-step-dqn": (
-        "`vector-dqn` with returns of 3 steps (Sutton, 1988)",
+        "`vector-dqn` with 3-step returns (Sutton, 1988)",
         _with(_VECTOR, learning={"n_step": 3}),
     ),
     "prioritized-dqn": (
@@ -243,7 +243,7 @@ _NAMED: dict[str, tuple[str, Config]] = {
         _with(_VECTOR, replay={"prioritized": True, "beta_duration": 45_000}),
     ),
     "polyak-dqn": (
-        "`vector-dqn` with a target network that follows (Lillicrap et al., 2016)",
+        "`vector-dqn` with soft updates of the target network (Lillicrap et al., 2016)",
         _with(_VECTOR, learning={"target_period": 0, "polyak": 0.005}),
     ),
     "layer-norm-dqn": (
@@ -259,11 +259,11 @@ _NAMED: dict[str, tuple[str, Config]] = {
         _with(_VECTOR, network=_ATOMS),
     ),
     "noisy-dqn": (
-        "`vector-dqn` with noisy weights in place of ε (Fortunato et al., 2018)",
+        "`vector-dqn` with noisy weights instead of ε (Fortunato et al., 2018)",
         _with(_VECTOR, network={"noisy": True}, exploration=_NO_EPSILON),
     ),
     "rainbow": (
-        "all of the field's parts together, layer normalisation too (after Hessel et al., 2018)",
+        "the field's variants combined, with layer normalisation (after Hessel et al., 2018)",
         _with(
             _RAINBOW_LITE,
             network={**_ATOMS, "noisy": True},
@@ -272,19 +272,19 @@ _NAMED: dict[str, tuple[str, Config]] = {
         ),
     ),
     "rainbow-lite": (
-        "`rainbow` without its slowest parts: atoms, noise, priorities (Hessel et al., 2018)",
+        "`rainbow` without its slow parts: atoms, noise, priorities (Hessel et al., 2018)",
         _RAINBOW_LITE,
     ),
     "pqn": (
-        "no memory and no target network: λ-returns of many worlds (Gallici et al., 2025)",
+        "λ-returns from many environments, no replay, no target network (Gallici et al., 2025)",
         _PQN,
     ),
     "swift": (
-        "`pqn` fused, in 64 worlds, until it is verified to land (Gallici et al., 2025)",
+        "`pqn`, fused, in 64 environments, until verified to land (Gallici et al., 2025)",
         _SWIFT,
     ),
     "ace": (
-        "`swift` wider, for minutes, to the best return there is (Gallici et al., 2025)",
+        "`swift` with a wider network, for minutes, to the best return (Gallici et al., 2025)",
         _ACE,
     ),
     "cartpole": ("CartPole-v1 (section 4)", _with(_CLASSIC, env_id="CartPole-v1")),

@@ -1,4 +1,4 @@
-"""Where JAX computes, decided before it starts."""
+"""Which device JAX computes on, chosen before JAX starts."""
 
 import hashlib
 import os
@@ -12,19 +12,19 @@ Device = Literal["cpu", "gpu"]
 
 _ONE_THREAD = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
 
-
 _chosen: list[Device] = []
 
 
 def chosen() -> Device:
-    """The device in use, or the one that will be."""
+    """The device in use, or the one that will be used."""
     return _chosen[-1] if _chosen else "cpu"
 
 
 def _keep_compilations(config: Any) -> None:
-    """Have JAX find what it compiled before, in any run of this user, on disk.
+    """Have JAX keep what it compiles on disk and reuse it in every later run of this user.
 
-    A machine's own: code compiled for one processor may not run on another that shares the home.
+    Each kind of processor has its own folder: code compiled for one may not run on another that
+    shares the home folder.
     """
     if os.environ.get("JAX_COMPILATION_CACHE_DIR"):
         return
@@ -32,38 +32,38 @@ def _keep_compilations(config: Any) -> None:
         cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
         folder = cache / "touchdown" / f"jax-{_processor()}"
         folder.mkdir(parents=True, exist_ok=True)
-    except (OSError, RuntimeError):  # a full disk, a user without a home
-        return  # it is only slower without
+    except (OSError, RuntimeError):  # a full disk, a user without a home folder
+        return  # without the cache it is only slower
     config.update("jax_compilation_cache_dir", str(folder))
     config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     config.update("jax_persistent_cache_min_entry_size_bytes", -1)
 
 
 def _processor() -> str:
-    """What tells one kind of processor from another, as 12 hex digits."""
+    """A digest of the kind of processor, as 12 hex digits."""
     try:
         lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
         about = [line for line in lines if line.startswith(("model name", "flags", "Features"))]
     except OSError:
         about = []
-    told = "\n".join(sorted(set(about))) or f"{platform.machine()} {platform.processor()}"
-    return hashlib.sha256(told.encode()).hexdigest()[:12]
+    text = "\n".join(sorted(set(about))) or f"{platform.machine()} {platform.processor()}"
+    return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
 def use_default() -> None:
-    """Have JAX compute on the CPU, unless a device was chosen before."""
+    """Have JAX compute on the CPU, unless a device was chosen already."""
     if not _chosen:
         use("cpu")
 
 
 def use(device: Device) -> None:
-    """Have JAX compute on one kind of device.
+    """Have JAX compute on a device.
 
-    On the CPU it gets one thread, which is the fastest for networks of this size and leaves the
-    other cores to other runs. It has no effect on a JAX that has computed something already.
+    On the CPU it gets one thread, which is fastest for networks of this size and leaves the other
+    cores to other runs. The choice has no effect once JAX has computed something.
 
     Raises:
-        UserError: there is no such device here.
+        UserError: this machine has no such device.
     """
     if device not in ("cpu", "gpu"):
         raise UserError(f"device {device!r}: must be cpu or gpu")

@@ -1,22 +1,22 @@
-"""Exceptions whose message is meant for the person at the keyboard."""
+"""Exceptions with a message for the user."""
 
 
 class UserError(Exception):
-    """Bad input: one line that names the field, its value and what would be right.
+    """Bad input. The message is one line that names the field, its value and what is allowed.
 
-    The command line prints the message and exits with code 2; a notebook sees an exception.
+    The command line prints it and exits with code 2; in a notebook it is an ordinary exception.
     """
 
 
-class Interrupted(Exception):  # noqa: N818 - no error: the run was saved as asked
-    """A run was asked to stop, and has saved where it was."""
+class Interrupted(Exception):  # noqa: N818 - not an error: the run was saved as asked
+    """The user asked to stop; what was under way has been saved."""
 
 
 def one_line(error: BaseException) -> str:
-    """An exception's message on one line, or its type where it has none.
+    """An exception's message on one line, or the name of its type if it has none.
 
-    Of an error of the system only what it says: its path is named by whoever reports it.
+    For an `OSError` this leaves out the path, which the caller names.
     """
-    said = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-    text = " ".join(said.split())
+    message = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+    text = " ".join(message.split())
     return text or type(error).__name__

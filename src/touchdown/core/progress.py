@@ -1,4 +1,4 @@
-"""What a person sees while something long runs; nothing where no terminal is watching."""
+"""Progress bars on a terminal, and stopping cleanly on Ctrl-C; elsewhere nothing is drawn."""
 
 import signal
 import threading
@@ -29,30 +29,30 @@ def clock(seconds: float) -> str:
 
 
 class StopSignal:
-    """Asked whether to stop; Ctrl-C and SIGTERM make it say yes."""
+    """Whether the user has asked to stop, by Ctrl-C or SIGTERM."""
 
     def __init__(self) -> None:
         self.requested = False
 
     def check(self) -> None:
-        """Stop here, if asked to.
+        """Stop here if the user has asked to.
 
         Raises:
-            Interrupted: a signal asked for it.
+            Interrupted: the user has asked to stop.
         """
         if self.requested:
             raise Interrupted
 
     def __call__(self) -> bool:
-        """Whether to stop."""
+        """Whether the user has asked to stop."""
         return self.requested
 
 
 @contextmanager
 def stop_on_signals(console: Console) -> Generator[StopSignal]:
-    """Within the block, the first Ctrl-C or SIGTERM asks to stop; a second Ctrl-C stops at once.
+    """Within the block, the first Ctrl-C or SIGTERM requests a stop; a second Ctrl-C stops at once.
 
-    Outside the main thread nothing is caught: Python delivers signals there alone.
+    In any other than the main thread nothing is caught: Python delivers signals to the main thread.
     """
     stop = StopSignal()
     if threading.current_thread() is not threading.main_thread():
@@ -63,7 +63,7 @@ def stop_on_signals(console: Console) -> Generator[StopSignal]:
         if stop.requested and number == signal.SIGINT:
             raise KeyboardInterrupt
         stop.requested = True
-        console.print("stopping as soon as it can be saved (Ctrl-C again: at once)")
+        console.print("stopping once everything is saved (Ctrl-C again stops at once)")
 
     before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
@@ -74,7 +74,7 @@ def stop_on_signals(console: Console) -> Generator[StopSignal]:
 
 
 class View:
-    """Something live on a terminal, and nothing anywhere else."""
+    """A live display on a terminal; elsewhere it draws nothing."""
 
     def __init__(self, console: Console, live: Live) -> None:
         self._console = console
@@ -91,7 +91,7 @@ class View:
 
 
 def share_bar(console: Console, text: str, share: float) -> Progress:
-    """How much is done, from 0 to 1."""
+    """A bar for a share of the work done, from 0 to 1."""
     bar = Progress(
         TextColumn(text, markup=False),
         BarColumn(40),
@@ -104,12 +104,12 @@ def share_bar(console: Console, text: str, share: float) -> Progress:
 
 @contextmanager
 def counting(console: Console, text: str, total: float) -> Generator["Counter"]:
-    """A progress bar with an ETA on a terminal, nothing anywhere else.
+    """Show a progress bar with an ETA on a terminal; elsewhere nothing is drawn.
 
     Args:
         console: where to draw.
         text: what is being done.
-        total: things to do; 1.0 shows a percentage, for work of unknown count.
+        total: number of things to do; 1.0 shows a percentage, for work that cannot be counted.
     """
     counter = Counter(count_bar(console, percent=total == 1.0), text, total)
     if console.is_terminal:
@@ -120,23 +120,23 @@ def counting(console: Console, text: str, total: float) -> Generator["Counter"]:
 
 
 class Counter:
-    """A bar that is told of each thing done."""
+    """A progress bar; call it once for each thing done."""
 
     def __init__(self, bar: Progress, text: str, total: float) -> None:
         self.bar = bar
         self._task = bar.add_task(text, total=total)
 
     def __call__(self) -> None:
-        """One thing is done."""
+        """Count one thing as done."""
         self.bar.advance(self._task)
 
     def describe(self, text: str, completed: float) -> None:
-        """Set the words and how far it is."""
+        """Set the bar's text and the amount done."""
         self.bar.update(self._task, description=text, completed=completed)
 
 
 def count_bar(console: Console, *, percent: bool = False) -> Progress:
-    """A bar that counts what is done, with an ETA; `percent` for work of unknown count."""
+    """A bar that counts what is done, with an ETA; `percent` is for work that cannot be counted."""
     return Progress(
         TextColumn("{task.description}", markup=False),
         BarColumn(30),

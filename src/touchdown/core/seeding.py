@@ -1,21 +1,23 @@
-"""One seed gives named, independent streams, and three sets of starts that never overlap."""
+"""Named, independent random streams from one seed, and three sets of starts that never overlap."""
 
 from typing import NamedTuple
 
 from numpy.random import Generator, SeedSequence, default_rng
 
+from touchdown.core.errors import UserError
+
 TEST_STARTS = range(1_000_000)
-"""Environment seeds that only reporting may fly; the first 100 are the usual test."""
+"""Environment seeds used for reporting only; the first 100 are the usual test."""
 VALIDATION_STARTS = range(1_000_000, 2_000_000)
-"""Environment seeds that choose a checkpoint."""
+"""Environment seeds used to choose a checkpoint."""
 TRAINING_STARTS = range(2_000_000, 2**31)
 """Environment seeds that training draws from."""
 
-_STARTS, _TUNING = 101, 102  # spawn keys beside the streams', so that adding a stream moves none
+_STARTS, _TUNING = 101, 102  # spawn keys far from the streams', so a new stream changes no start
 
 
 class Streams(NamedTuple):
-    """A run's generators, each for one purpose."""
+    """A run's random generators, each for one purpose."""
 
     exploration: Generator
     replay: Generator
@@ -29,14 +31,24 @@ def streams(seed: int) -> Streams:
 def training_start(seed: int, episode: int) -> int:
     """The environment seed of a training episode, a function of the run's seed and the episode.
 
-    An episode that was interrupted can so be flown again from the same start.
+    So an interrupted episode can be flown again from the same start.
     """
     return _draw(SeedSequence(seed, spawn_key=(_STARTS, episode)))
 
 
 def tuning_starts(seed: int, count: int) -> list[int]:
-    """Training starts for tuning a controller, drawn apart from every run's episodes."""
+    """Training starts for tuning a controller, drawn independently of every run's episodes."""
     return [_draw(SeedSequence(seed, spawn_key=(_TUNING, i))) for i in range(count)]
+
+
+def check_seed(seed: int, count: int = 1) -> None:
+    """Refuse a first environment seed if it, or any of the `count` from it on, is out of range.
+
+    Raises:
+        UserError: it is negative, or the last seed does not fit 31 bits.
+    """
+    if not 0 <= seed <= 2**31 - count:
+        raise UserError(f"seed = {seed}: must be from 0 to {2**31 - count}")
 
 
 def _draw(sequence: SeedSequence) -> int:

@@ -1,4 +1,4 @@
-"""How many threads one process may use, where no result depends on it."""
+"""How many threads a process may use. No result depends on it."""
 
 import os
 from collections.abc import Generator
@@ -6,29 +6,29 @@ from contextlib import contextmanager
 
 
 def available() -> int:
-    """The cores that this process may run on."""
+    """The number of cores that this process may run on."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def threads() -> int:
-    """As many as OMP_NUM_THREADS says, or else as there are cores."""
-    told = os.environ.get("OMP_NUM_THREADS", "")
-    return int(told) if told.isdecimal() and int(told) > 0 else available()
+    """The number of threads to use: OMP_NUM_THREADS if it is set, else the number of cores."""
+    wanted = os.environ.get("OMP_NUM_THREADS", "")
+    return int(wanted) if wanted.isdecimal() and int(wanted) > 0 else available()
 
 
 def share(processes: int) -> None:
-    """Give each of so many processes that are still to be started its part of the cores.
+    """Split the cores evenly between processes that are yet to be started.
 
-    They are told by OMP_NUM_THREADS; whoever has set it already is asked no more.
+    Sets OMP_NUM_THREADS for them, unless the user has set it already.
     """
     os.environ.setdefault("OMP_NUM_THREADS", str(max(1, available() // processes)))
 
 
 @contextmanager
 def one_thread_each() -> Generator[None]:
-    """Within the block, processes that are started use one thread, unless told otherwise before."""
+    """Processes started within the block use one thread, unless OMP_NUM_THREADS is set already."""
     before = os.environ.get("OMP_NUM_THREADS")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     try:

@@ -1,4 +1,4 @@
-"""An evaluation as a table for a terminal, and its rows for a model card."""
+"""Evaluations as a table for a terminal, and as rows for a model card."""
 
 from collections.abc import Callable, Iterator, Sequence
 
@@ -17,22 +17,23 @@ PAPER_MEANS = {
     "best agent": "221",
     "PID": "222",
 }
-"""What the paper reports, each from a single run on LunarLander-v2."""
+"""Mean test returns that the paper reports, each of a single run on LunarLander-v2."""
 
 
 def evaluation_table(
     evaluations: Sequence[Evaluation], *, paper: bool = False, note: str = ""
 ) -> Group:
-    """One column a policy, so that four of them fit a terminal of 80 characters.
+    """A table with one column per policy, narrow enough for four of them in 80 characters.
 
     Args:
-        evaluations: flights from the same starts; with `paper`, an agent's first and `pid` second.
-        paper: whether to add the paper's means, the PID's under the PID.
-        note: a sentence to stand under the table, before the others.
+        evaluations: of episodes from the same starts; with `paper`, the agent comes first and `pid`
+            second.
+        paper: whether to add the paper's means, with the PID's in the column of `pid`.
+        note: a sentence to put first in the notes under the table.
     """
     first = evaluations[0]
     starts = [episode.seed for episode in first.episodes]
-    title = f"{first.env_id}: {len(starts)} greedy flights from starts {starts[0]}-{starts[-1]}"
+    title = f"{first.env_id}: {len(starts)} greedy episodes from starts {starts[0]}-{starts[-1]}"
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("", no_wrap=True)
     for evaluation in evaluations:
@@ -47,7 +48,7 @@ def evaluation_table(
             table.add_row(f"paper: {name}", *cells, style="dim")
     notes = (
         f"{note} IQM: interquartile mean, with its 95% bootstrap interval. "
-        "Worst 5%: mean of the lowest."
+        "Worst 5%: mean of the lowest returns."
     ).strip()
     if is_lander(first):
         notes += " Fuel: return points spent on engines."
@@ -57,17 +58,17 @@ def evaluation_table(
 
 
 def evaluation_rows(evaluation: Evaluation) -> list[tuple[str, str]]:
-    """What the table says of one policy: each row's name and cell, in its order."""
+    """The rows of the table for one policy: names and cells, in order."""
     return [(name.strip(), cell(evaluation.summary)) for name, cell in _rows(evaluation)]
 
 
 def _points(value: float, decimals: int) -> str:
-    """Return points; of worlds that pay 1 in all, the hundredths are what there is to see."""
+    """A return; small ones get two decimals, as environments that pay 1 in all need them."""
     return f"{value:.{2 if abs(value) < 2 else decimals}f}"
 
 
 def _rows(first: Evaluation) -> Iterator[tuple[str, Callable[[Summary], str]]]:
-    """What the rows are called and how each cell is made."""
+    """Each row's name, and how its cells are made."""
     yield "return, mean ± sd", lambda s: f"{_points(s.mean, 1)} ± {_points(s.sd, 0)}"
     yield "return, IQM", lambda s: _points(s.iqm.value, 1)
     yield "  95% interval", lambda s: f"[{_points(s.iqm.low, 0)}, {_points(s.iqm.high, 0)}]"

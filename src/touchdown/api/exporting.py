@@ -1,0 +1,46 @@
+"""Export a policy for use outside touchdown."""
+
+from importlib import resources
+from pathlib import Path
+
+from touchdown.api.policies import shipped
+from touchdown.api.runs import show
+from touchdown.core import device
+from touchdown.exports import source as sources
+from touchdown.exports.export import Export, Format, write_export
+from touchdown.runs.folder import DEFAULT_RUNS
+from touchdown.runs.run import Run
+
+
+def export(
+    run: str | Run,
+    format: Format = "onnx",  # noqa: A002 - as the flag
+    *,
+    out: Path | str | None = None,
+    runs_dir: Path | str = DEFAULT_RUNS,
+) -> Export:
+    """Write a policy for use elsewhere, with a card that describes it.
+
+    Args:
+        run: a run, its name or its folder, or the name of a policy that comes with touchdown. A run
+            takes precedence over a shipped policy of the same name, and its card reports the run's
+            own test episodes; a shipped policy is flown from the test starts for its card.
+        format: `onnx`, for any ONNX runtime and checked against the policy before it is written, or
+            `safetensors`, touchdown's own.
+        out: the folder to make; None makes `<run>-<format>` in the current folder.
+        runs_dir: folder that holds the runs.
+
+    Raises:
+        UserError: there is no such run, it has no weights yet or broken files, the folder exists
+            already or cannot be written, a library is not installed, or the model does not act as
+            the policy does.
+    """
+    device.use_default()
+    folder = None if out is None else Path(out)
+    if not isinstance(run, Run):
+        weights = shipped(run, Path(runs_dir))
+        if weights is not None:
+            with resources.as_file(weights) as path:
+                return write_export(sources.of_shipped(path), format, folder)
+        run = show(run, runs_dir)
+    return write_export(sources.of_run(run), format, folder)

@@ -1,0 +1,20 @@
+"""Find a run that is on disk."""
+
+from pathlib import Path
+
+from touchdown.runs import folder as folders
+from touchdown.runs.folder import DEFAULT_RUNS
+from touchdown.runs.run import Run
+
+
+def show(run: str, runs_dir: Path | str = DEFAULT_RUNS) -> Run:
+    """The run of that name.
+
+    Args:
+        run: name of the run, or its folder.
+        runs_dir: folder that holds the runs.
+
+    Raises:
+        UserError: there is no such run.
+    """
+    return Run(folders.find(run, Path(runs_dir)))

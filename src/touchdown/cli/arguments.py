@@ -1,0 +1,78 @@
+"""Arguments that several verbs share."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from tyro.conf import arg
+
+RunsDir = Annotated[Path, arg(help="Folder that holds the runs.")]
+Json = Annotated[bool, arg(help="Print JSON for scripts instead of a table.")]
+Device = Annotated[Literal["cpu", "gpu"], arg(help="Where JAX computes.")]
+Engine = Annotated[
+    Literal["exact", "gymnasium"] | None,
+    arg(
+        help="What simulates the lander: `exact` is ours in C++, `gymnasium` is stock; their "
+        "results are equal to the last bit. None takes `exact` if it was built. Tests and windows "
+        "always use stock."
+    ),
+]
+Episodes = Annotated[int, arg(help="Number of episodes, each from a start of its own.")]
+FirstSeed = Annotated[
+    int, arg(help="Environment seed of the first start; seeds below 1000000 are test starts.")
+]
+EnvId = Annotated[
+    str,
+    arg(
+        help="Environment (Gymnasium id) for `random`, a .zip, and an .onnx that names none; other "
+        "policies know theirs."
+    ),
+]
+PolicyName = Annotated[
+    str,
+    arg(
+        metavar="POLICY",
+        help="A run's name or folder, pid, heuristic, random, a policy that comes with touchdown, "
+        "or a file: .safetensors, .toml, .onnx, or a .zip of Stable-Baselines3.",
+    ),
+]
+RunName = Annotated[
+    str, arg(metavar="RUN", help="Name of a run in the runs folder, or a run's folder.")
+]
+
+ResultsDir = Annotated[Path, arg(help="Folder that holds the runs and reports of studies.")]
+Scale = Annotated[
+    Literal["quick", "full"],
+    arg(help="Scale of the paper's studies: quick suits a laptop, full is the paper's own."),
+]
+LastScale = Annotated[
+    Literal["quick", "full"] | None,
+    arg(help="Scale of the paper's studies; None takes the scale last run."),
+]
+Seeds = Annotated[
+    int | None, arg(help="Training seeds for each level; None takes the study's own number.")
+]
+LastSeeds = Annotated[
+    int | None, arg(help="Training seeds for each level; None takes the number last asked for.")
+]
+StudyName = Annotated[
+    str,
+    arg(
+        metavar="NAME",
+        help="`paper` for all of the paper's studies, a name from `study list`, or a .toml file.",
+    ),
+]
+
+DEFAULT_RUNS = Path("runs")
+DEFAULT_RESULTS = DEFAULT_RUNS / "studies"
+
+
+def use_engine(engine: Literal["exact", "gymnasium"] | None) -> None:
+    """Simulate the lander with the engine that a flag chose; None leaves the default.
+
+    Raises:
+        UserError: the exact engine was not built.
+    """
+    from touchdown.lander import engine as engines  # noqa: PLC0415 - heavy libraries load when used
+
+    if engine is not None:
+        engines.use_engine(engine)

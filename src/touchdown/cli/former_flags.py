@@ -1,0 +1,28 @@
+"""Flags under their former names, which scripts may still use."""
+
+from collections.abc import Mapping, Sequence
+
+FORMER_FLAGS: Mapping[tuple[str, ...], Mapping[str, str]] = {
+    ("train",): {
+        "--max-observations": "--max-env-steps",
+        "--finalists": "--candidate-checkpoints",
+    },
+    ("tune", "agent"): {"--observations": "--env-steps"},
+}
+"""By verb: each former name and the present one."""
+
+
+def with_present_names(argv: Sequence[str]) -> list[str]:
+    """The command line with every former flag replaced by the present one."""
+    names = {
+        former: present
+        for verb, flags in FORMER_FLAGS.items()
+        if tuple(argv[: len(verb)]) == verb
+        for former, present in flags.items()
+    }
+    return [_renamed(token, names) for token in argv]
+
+
+def _renamed(token: str, names: Mapping[str, str]) -> str:
+    flag, equals, value = token.partition("=")
+    return f"{names.get(flag.replace('_', '-'), flag)}{equals}{value}"

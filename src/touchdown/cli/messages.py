@@ -1,0 +1,41 @@
+"""What tyro complains of, as one line."""
+
+import difflib
+import re
+from collections.abc import Sequence
+
+
+def one_line_of(complaint: str, verb: str, flags: Sequence[str]) -> str:
+    """What tyro complains of, on one line; for an unknown flag it names the nearest one.
+
+    Args:
+        complaint: what tyro printed.
+        verb: the verb given.
+        flags: the verb's flags, such as `--seed`; empty if there is no such verb.
+    """
+    text = re.sub(r"^Error parsing (__tyro\S*: )?", "", _first_paragraph(complaint))
+    unknown = re.match(r"Unrecognized options: (--[^\s,=]+)", text)
+    if not unknown or not flags:
+        return text
+    near = difflib.get_close_matches(unknown[1].replace("_", "-"), flags, n=1)
+    hint = f"did you mean {near[0]}?" if near else f"`touchdown {verb} --help` lists them"
+    return f"{unknown[1]}: unknown option; {hint}"
+
+
+def _first_paragraph(complaint: str) -> str:
+    """The first paragraph of tyro's complaint, without its frame and its title.
+
+    Ruled lines separate paragraphs. If the terminal does not support UTF-8 there is no frame, and
+    the title is a paragraph of its own.
+    """
+    paragraphs: list[list[str]] = [[]]
+    for line in complaint.splitlines():
+        text = line.strip(" │")
+        if text[:1] in ("╭", "╰"):
+            continue
+        if text and not text.strip("─-"):
+            paragraphs.append([])
+        else:
+            paragraphs[-1].append(text)
+    framed = "╭" in complaint
+    return " ".join(" ".join(paragraphs[0 if framed else 1]).split())

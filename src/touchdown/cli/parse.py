@@ -1,0 +1,140 @@
+"""From the words of a command line to a verb with its settings."""
+
+import io
+from collections.abc import Iterator, Sequence
+from contextlib import redirect_stderr
+from dataclasses import fields
+from itertools import zip_longest
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+from tyro.conf import OmitArgPrefixes, subcommand
+
+from touchdown.cli import messages
+from touchdown.cli.doctor import Doctor
+from touchdown.cli.former_flags import with_present_names
+from touchdown.cli.policies import Evaluate, Export, Fly
+from touchdown.cli.runs import Compare, Runs, Show
+from touchdown.cli.study import Study, StudyList, StudyReport, StudyRun, StudyStatus
+from touchdown.cli.train import Train
+from touchdown.cli.tune import Tune, TuneAgent, TunePid
+from touchdown.config import presets
+from touchdown.config.sections import SECTIONS
+from touchdown.config.toml import from_values, read_toml
+from touchdown.core.errors import UserError
+
+Verb = Train | Evaluate | Fly | Tune | Study | Compare | Runs | Show | Export | Doctor
+VERBS: dict[str, type[Verb]] = {
+    "train": Train,
+    "evaluate": Evaluate,
+    "fly": Fly,
+    "tune": Tune,
+    "study": Study,
+    "compare": Compare,
+    "runs": Runs,
+    "show": Show,
+    "export": Export,
+    "doctor": Doctor,
+}
+_INNER: dict[str, tuple[type[Any], ...]] = {
+    "tune": (TunePid, TuneAgent),
+    "study": (StudyRun, StudyStatus, StudyReport, StudyList),
+}
+"""The second words of verbs of two words; the flags belong to those."""
+
+
+def parse(argv: Sequence[str]) -> Verb:
+    """The verb and its settings.
+
+    Args:
+        argv: the words after `touchdown`.
+
+    Raises:
+        UserError: there is no such verb, or the rest does not fit it.
+        SystemExit: help was printed.
+    """
+    if argv and not argv[0].startswith("-") and argv[0] not in VERBS:
+        raise UserError(f"verb {argv[0]!r}: unknown; choose one of {', '.join(VERBS)}")
+    argv = with_present_names(argv)
+    defaults = _train_defaults(argv)
+    # the preset is known by now; without it on the line, --help shows where it goes
+    rest = argv[2:] if _preset_in(argv) else argv[1:]
+    verbs = (
+        Annotated[Train, subcommand("train", default=defaults)]
+        | Annotated[Evaluate, subcommand("evaluate")]
+        | Annotated[Fly, subcommand("fly")]
+        | Annotated[Tune, subcommand("tune")]
+        | Annotated[Study, subcommand("study")]
+        | Annotated[Compare, subcommand("compare")]
+        | Annotated[Runs, subcommand("runs")]
+        | Annotated[Show, subcommand("show")]
+        | Annotated[Export, subcommand("export")]
+        | Annotated[Doctor, subcommand("doctor")]
+    )
+    complaint = io.StringIO()
+    try:
+        with redirect_stderr(complaint):
+            verb: Verb = tyro.cli(
+                verbs,  # pyright: ignore[reportArgumentType] - a union of types is a type to tyro
+                args=[*argv[:1], *rest],
+                prog="touchdown",
+                description="A deep Q-learning laboratory for the lunar lander.",
+                config=(OmitArgPrefixes,),
+            )
+    except SystemExit as error:
+        if error.code in (0, None):
+            raise
+        name = argv[0] if argv else ""
+        flags = list(_flags_of(name)) if name in VERBS else []
+        raise UserError(messages.one_line_of(complaint.getvalue(), name, flags)) from None
+    if isinstance(verb, Train) and verb.preset != defaults.preset:
+        raise UserError(f"preset {verb.preset!r}: must be given once, right after `train`")
+    return verb
+
+
+def _train_defaults(argv: Sequence[str]) -> Train:
+    """The defaults of `train`'s flags, which depend on the preset and the TOML file given."""
+    if not argv or argv[0] != "train":
+        return Train()
+    given = _preset_in(argv)
+    file = _value_of(argv, "--config")
+    values = {} if file is None else read_toml(Path(file))
+    named = str(values.get("preset"))
+    config = presets.preset(given or (named if named in presets.PRESETS else "pilot"))
+    if file is not None:
+        config = from_values(values, config, Path(file))
+    sections = {section: getattr(config, section) for section in SECTIONS}
+    return Train(
+        preset=given or config.preset,
+        seed=config.seed,
+        env_id=config.env_id,
+        algorithm=config.algorithm,
+        **sections,
+    )
+
+
+def _preset_in(argv: Sequence[str]) -> str | None:
+    if len(argv) > 1 and argv[0] == "train" and not argv[1].startswith("-"):
+        return argv[1]
+    return None
+
+
+def _value_of(argv: Sequence[str], flag: str) -> str | None:
+    given = [
+        value
+        for token, following in zip_longest(argv, argv[1:])
+        for name, _, after in [token.partition("=")]
+        if name == flag and (value := after or following) is not None
+    ]
+    if len(given) > 1:
+        raise UserError(f"{flag}: given {len(given)} times; must be given once")
+    return given[0] if given else None
+
+
+def _flags_of(verb: str) -> Iterator[str]:
+    """The flags of a verb, without a former name among them."""
+    for kind in _INNER.get(verb, (VERBS[verb],)):
+        for item in fields(kind):
+            inner = fields(SECTIONS[item.name]) if item.name in SECTIONS else (item,)
+            yield from (f"--{each.name.replace('_', '-')}" for each in inner)

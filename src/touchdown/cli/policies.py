@@ -1,0 +1,131 @@
+"""The verbs that take a trained policy: `evaluate`, `fly` and `export`."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from tyro.conf import Positional, arg
+
+from touchdown.cli.arguments import (
+    DEFAULT_RUNS,
+    Device,
+    Engine,
+    EnvId,
+    Episodes,
+    FirstSeed,
+    Json,
+    PolicyName,
+    RunsDir,
+    use_engine,
+)
+from touchdown.cli.printing import print_indented, print_json, print_line
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evaluate:
+    """Fly a policy greedily on stock Gymnasium from many starts and print the results."""
+
+    policy: Positional[PolicyName]
+    episodes: Episodes = 100
+    seed: FirstSeed = 0
+    env_id: EnvId = "LunarLander-v3"
+    json: Json = False
+    runs_dir: RunsDir = DEFAULT_RUNS
+    device: Device = "cpu"
+
+    def run(self, console: "Console") -> None:
+        """Call `api.flying.evaluate`."""
+        from touchdown.api import flying  # noqa: PLC0415 - heavy libraries load when used
+        from touchdown.core import device  # noqa: PLC0415 - heavy libraries load when used
+        from touchdown.evaluation import table  # noqa: PLC0415 - heavy libraries load when used
+
+        device.use(self.device)
+        evaluation = flying.evaluate(
+            self.policy,
+            episodes=self.episodes,
+            seed=self.seed,
+            env_id=self.env_id,
+            runs_dir=self.runs_dir,
+            console=console,
+        )
+        if self.json:
+            print_json(evaluation.to_json())
+        else:
+            console.print(table.evaluation_table([evaluation]))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fly:
+    """Fly one episode and film it."""
+
+    policy: Positional[PolicyName]
+    seed: Annotated[int, arg(help="Environment seed of the start.")] = 0
+    out: Annotated[
+        str | None,
+        arg(
+            metavar="FILE",
+            help="A .gif or .mp4 to write, or `window` to watch it live; None makes "
+            "POLICY-SEED.gif.",
+        ),
+    ] = None
+    env_id: EnvId = "LunarLander-v3"
+    runs_dir: RunsDir = DEFAULT_RUNS
+    device: Device = "cpu"
+    engine: Engine = None
+
+    def run(self, console: "Console") -> None:
+        """Call `api.flying.fly`."""
+        from touchdown.api import flying  # noqa: PLC0415 - heavy libraries load when used
+        from touchdown.core import device  # noqa: PLC0415 - heavy libraries load when used
+
+        device.use(self.device)
+        use_engine(self.engine)
+        out = self.out or f"{Path(self.policy).stem}-{self.seed}.gif"
+        flight = flying.fly(
+            self.policy, seed=self.seed, out=out, env_id=self.env_id, runs_dir=self.runs_dir
+        )
+        console.print(
+            f"{self.policy} from start {self.seed}: {flight.outcome}, "
+            f"return {flight.episode_return:.1f}, {flight.steps} steps, fuel {flight.fuel:.1f}",
+            markup=False,
+        )
+        if out != "window":
+            print_indented(console, [out])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Export:
+    """Write a policy for use elsewhere, with a card that describes it."""
+
+    name: Annotated[
+        Positional[str],
+        arg(
+            metavar="RUN",
+            help="Name of a run in the runs folder, a run's folder, or `ace`, which comes with "
+            "touchdown.",
+        ),
+    ]
+    format: Annotated[
+        Literal["onnx", "safetensors"],
+        arg(
+            help="onnx: for any ONNX runtime, checked against the policy before it is written "
+            "(needs touchdown[onnx]); safetensors: touchdown's own."
+        ),
+    ] = "onnx"
+    out: Annotated[
+        Path | None,
+        arg(metavar="FOLDER", help="Folder to make; None makes RUN-FORMAT here."),
+    ] = None
+    runs_dir: RunsDir = DEFAULT_RUNS
+
+    def run(self, console: "Console") -> None:
+        """Call `api.exporting.export`."""
+        from touchdown.api import exporting  # noqa: PLC0415 - heavy libraries load when used
+
+        export = exporting.export(self.name, self.format, out=self.out, runs_dir=self.runs_dir)
+        if export.agreement is not None:
+            print_line(console, export.agreement)
+        print_indented(console, export.files)

@@ -1,0 +1,26 @@
+"""Printing plain lines, paths and JSON: never wrapped, never read as markup."""
+
+import json
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def print_line(console: "Console", line: object) -> None:
+    """Print one line that scripts may read: not wrapped, without markup."""
+    console.print(str(line), soft_wrap=True, markup=False, highlight=False)
+
+
+def print_indented(console: "Console", lines: Iterable[Path | str]) -> None:
+    """Print paths or details under what was printed before."""
+    for line in lines:
+        console.print(f"  {line}", soft_wrap=True, markup=False)
+
+
+def print_json(value: object) -> None:
+    """Print a value as JSON on standard output."""
+    sys.stdout.write(json.dumps(value, indent=2, ensure_ascii=False) + "\n")

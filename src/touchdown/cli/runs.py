@@ -1,0 +1,91 @@
+"""The verbs that look at finished runs: `runs`, `show` and `compare`."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from tyro.conf import Positional, arg
+
+from touchdown.cli.arguments import DEFAULT_RUNS, Json, RunName, RunsDir
+from touchdown.cli.printing import print_indented, print_json
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+@dataclass(frozen=True, kw_only=True)
+class Runs:
+    """List the runs in a folder."""
+
+    json: Json = False
+    runs_dir: RunsDir = DEFAULT_RUNS
+
+    def run(self, console: "Console") -> None:
+        """Call `runs.run.list_facts`."""
+        from touchdown.cli import tables  # noqa: PLC0415 - heavy libraries load when used
+        from touchdown.runs.run import list_facts  # noqa: PLC0415 - heavy libraries load when used
+
+        facts = list_facts(self.runs_dir)
+        if self.json:
+            print_json(facts)
+            return
+        if not facts:
+            console.print(f"no runs in {self.runs_dir}; `touchdown train` makes one", markup=False)
+            return
+        console.print(tables.runs_table(facts))
+        print_indented(console, [run["error"] for run in facts if run["status"] == "broken"])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Show:
+    """Show one run: its settings, its results, and the paths of its pictures."""
+
+    name: Annotated[Positional[RunName], arg(metavar="RUN")]
+    json: Json = False
+    runs_dir: RunsDir = DEFAULT_RUNS
+
+    def run(self, console: "Console") -> None:
+        """Call `api.runs.show`."""
+        from touchdown.api import runs  # noqa: PLC0415 - heavy libraries load when used
+        from touchdown.cli import tables  # noqa: PLC0415 - heavy libraries load when used
+        from touchdown.config import toml  # noqa: PLC0415 - heavy libraries load when used
+        from touchdown.evaluation import table  # noqa: PLC0415 - heavy libraries load when used
+        from touchdown.runs.run import (  # noqa: PLC0415 - heavy libraries load when used
+            evaluations_of,
+            run_facts,
+        )
+
+        run = runs.show(self.name, self.runs_dir)
+        facts = run_facts(run)
+        pictures = [str(path) for path in run.pictures]
+        if self.json:
+            print_json({**facts, "config": toml.to_dict(run.config), "pictures": pictures})
+            return
+        console.print(tables.runs_table([facts]))
+        console.print(toml.to_toml(run.config), markup=False, highlight=False)
+        evaluated = evaluations_of(run)
+        if evaluated:
+            console.print(table.evaluation_table(evaluated))
+        print_indented(console, pictures)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Compare:
+    """Compare runs on one page; the first is the one that the others are compared with."""
+
+    names: Annotated[
+        Positional[tuple[str, ...]],
+        arg(
+            metavar="RUN [RUN ...]",
+            help="Runs in the runs folder; those that differ only in the seed count as one.",
+        ),
+    ]
+    out: Annotated[Path, arg(metavar="FOLDER", help="Folder for the page.")] = Path("comparison")
+    runs_dir: RunsDir = DEFAULT_RUNS
+
+    def run(self, console: "Console") -> None:
+        """Call `api.studies.compare`."""
+        from touchdown.api import studies  # noqa: PLC0415 - heavy libraries load when used
+
+        page = studies.compare(self.names, out=self.out, runs_dir=self.runs_dir, console=console)
+        print_indented(console, [page])

@@ -1,0 +1,184 @@
+"""The verbs `study run`, `study status`, `study report` and `study list`."""
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from tyro.conf import Positional, arg, subcommand
+
+from touchdown.cli.arguments import (
+    DEFAULT_RESULTS,
+    Json,
+    LastScale,
+    LastSeeds,
+    ResultsDir,
+    Scale,
+    Seeds,
+    StudyName,
+)
+from touchdown.cli.printing import print_indented, print_json, print_line
+from touchdown.core.errors import UserError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyRun:
+    """Run what a study still lacks; the same command continues a stopped study."""
+
+    name: Positional[StudyName]
+    scale: Scale = "quick"
+    seeds: Seeds = None
+    on: Annotated[
+        str,
+        arg(
+            metavar="local|ray|ray://…",
+            help="Where to run: worker processes on this machine, the Ray cluster that it belongs "
+            "to, or a remote one (needs touchdown[ray]).",
+        ),
+    ] = "local"
+    workers: Annotated[int | None, arg(help="Runs at the same time; None takes one per core.")] = (
+        None
+    )
+    dry_run: Annotated[
+        bool,
+        arg(help="Only print what is missing and how long it will take, measured on this machine."),
+    ] = False
+    results_dir: ResultsDir = DEFAULT_RESULTS
+
+    def run(self, console: "Console") -> None:
+        """Call `api.studies.estimate_study` and `api.studies.run_study`."""
+        from touchdown.api import studies  # noqa: PLC0415 - heavy libraries load when used
+        from touchdown.core import progress  # noqa: PLC0415 - heavy libraries load when used
+
+        if self.dry_run or self.scale == "full":
+            estimated = studies.estimate_study(
+                self.name,
+                scale=self.scale,
+                seeds=self.seeds,
+                workers=self.workers,
+                results_dir=self.results_dir,
+                console=console,
+            )
+            print_line(console, estimated)
+        if self.dry_run:
+            return
+        began = time.monotonic()
+        state = studies.run_study(
+            self.name,
+            scale=self.scale,
+            seeds=self.seeds,
+            executor=studies.executor_of(self.on, self.workers),
+            results_dir=self.results_dir,
+            console=console,
+        )
+        took = progress.clock(time.monotonic() - began)
+        console.print(f"{state.done} of {state.total} runs are done, after {took}", markup=False)
+        if state.failed:
+            raise UserError(
+                f"{len(state.failed)} runs failed; `touchdown study status` names them, and the "
+                "same command tries them again"
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyStatus:
+    """Show how much of each study is done, and which runs failed and why."""
+
+    name: Annotated[
+        Positional[str | None],
+        arg(metavar="[NAME]", help="Name of a study; None shows all that were started."),
+    ] = None
+    scale: LastScale = None
+    seeds: LastSeeds = None
+    json: Json = False
+    results_dir: ResultsDir = DEFAULT_RESULTS
+
+    def run(self, console: "Console") -> None:
+        """Call `api.studies.study_status`."""
+        from touchdown.api import studies  # noqa: PLC0415 - heavy libraries load when used
+        from touchdown.cli import tables  # noqa: PLC0415 - heavy libraries load when used
+
+        found = studies.study_status(
+            self.name, scale=self.scale, seeds=self.seeds, results_dir=self.results_dir
+        )
+        if self.json:
+            print_json([each.to_dict() for each in found])
+            return
+        console.print(tables.studies_table(found))
+        for each in found:
+            print_indented(console, [f"{name}: {why}" for name, why in each.failed.items()])
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyReport:
+    """Write a study's page: figures, a verdict on each claim, flights and tables."""
+
+    name: Annotated[
+        Positional[str | None],
+        arg(metavar="[NAME]", help="Name of a study; None takes the only one that was started."),
+    ] = None
+    scale: LastScale = None
+    seeds: LastSeeds = None
+    out: Annotated[
+        Path | None,
+        arg(
+            metavar="FOLDER",
+            help="Folder for the page; None makes reports/NAME in the results folder.",
+        ),
+    ] = None
+    results_dir: ResultsDir = DEFAULT_RESULTS
+
+    def run(self, console: "Console") -> None:
+        """Call `api.studies.study_report`."""
+        from touchdown.api import studies  # noqa: PLC0415 - heavy libraries load when used
+        from touchdown.cli import tables  # noqa: PLC0415 - heavy libraries load when used
+
+        report = studies.study_report(
+            self.name,
+            scale=self.scale,
+            seeds=self.seeds,
+            out=self.out,
+            results_dir=self.results_dir,
+            console=console,
+        )
+        if report.decisions:
+            console.print(tables.claims_table(report.decisions))
+        print_indented(console, [report.page])
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyList:
+    """List the paper's studies: what each asks, how many runs it takes, how much it claims."""
+
+    scale: Scale = "quick"
+    json: Json = False
+
+    def run(self, console: "Console") -> None:
+        """Call `api.studies.list_studies`."""
+        from touchdown.api import studies  # noqa: PLC0415 - heavy libraries load when used
+        from touchdown.cli import tables  # noqa: PLC0415 - heavy libraries load when used
+
+        found = studies.list_studies(self.scale)
+        if self.json:
+            print_json([each.to_dict() for each in found])
+        else:
+            console.print(tables.topics_table(found))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """Many runs: the levels of a factor over training seeds, with intervals and verdicts."""
+
+    what: (
+        Annotated[StudyRun, subcommand("run")]
+        | Annotated[StudyStatus, subcommand("status")]
+        | Annotated[StudyReport, subcommand("report")]
+        | Annotated[StudyList, subcommand("list")]
+    )
+
+    def run(self, console: "Console") -> None:
+        """Run the verb given."""
+        self.what.run(console)

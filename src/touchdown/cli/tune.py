@@ -1,0 +1,119 @@
+"""The verbs `tune pid` and `tune agent`."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from tyro.conf import Positional, arg, subcommand
+
+from touchdown.cli.arguments import DEFAULT_RESULTS, Engine, ResultsDir, use_engine
+from touchdown.cli.printing import print_indented, print_line
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+@dataclass(frozen=True, kw_only=True)
+class TunePid:
+    """Tune the PID controller's gains and dead band with Twiddle, on training starts."""
+
+    rule: Annotated[
+        Literal["signed", "absolute"],
+        arg(
+            help="When the main engine fires: `absolute` compares the size of the vertical control "
+            "value, as the paper prints it; `signed` keeps its sign."
+        ),
+    ] = "signed"
+    starts: Annotated[int, arg(help="Training starts flown in each trial (episodes).")] = 200
+    seed: Annotated[int, arg(help="Chooses the training starts.")] = 0
+    tolerance: Annotated[
+        float, arg(help="Stop once every step is below this fraction of its initial size.")
+    ] = 0.2
+    begin: Annotated[
+        Path | None,
+        arg(
+            metavar="FILE",
+            help="TOML file of gains to start from, such as the result of an earlier tuning; None "
+            "starts from hand-picked gains.",
+        ),
+    ] = None
+    out: Annotated[Path, arg(metavar="FILE", help="TOML file for the gains.")] = Path("pid.toml")
+    engine: Engine = None
+
+    def run(self, console: "Console") -> None:
+        """Call `api.tuning.tune_pid`."""
+        from touchdown.api import tuning  # noqa: PLC0415 - heavy libraries load when used
+
+        use_engine(self.engine)
+        best = tuning.tune_pid(
+            rule=self.rule,
+            starts=self.starts,
+            seed=self.seed,
+            tolerance=self.tolerance,
+            begin=self.begin,
+            out=self.out,
+            console=console,
+        )
+        console.print(f"{best}\n  {self.out}", soft_wrap=True, markup=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TuneAgent:
+    """Search a preset's settings with Optuna (touchdown[optuna]), several training seeds per trial.
+
+    Tuning never uses the seeds that studies report. Run the same command again to continue a
+    stopped search.
+    """
+
+    preset: Annotated[Positional[str], arg(metavar="PRESET", help="Settings to start from.")]
+    trials: Annotated[int, arg(help="Trials in total, earlier ones included.")] = 30
+    seeds: Annotated[
+        int, arg(help="Training seeds per trial; the value of a trial is their mean.")
+    ] = 3
+    env_steps: Annotated[
+        int | None, arg(help="Environment steps per training; None takes the preset's limit.")
+    ] = None
+    seed: Annotated[int, arg(help="Seed of the sampler.")] = 0
+    storage: Annotated[
+        str | None,
+        arg(
+            metavar="URL",
+            help="Storage for Optuna, such as postgresql://… to share the search between machines; "
+            "None takes SQLite in the results folder.",
+        ),
+    ] = None
+    out: Annotated[
+        Path | None,
+        arg(metavar="FILE", help="TOML file for the best settings; None makes PRESET-tuned.toml."),
+    ] = None
+    results_dir: ResultsDir = DEFAULT_RESULTS
+
+    def run(self, console: "Console") -> None:
+        """Call `api.studies.tune_agent`."""
+        from touchdown.api import studies  # noqa: PLC0415 - heavy libraries load when used
+
+        out = self.out or Path(f"{self.preset}-tuned.toml")
+        found = studies.tune_agent(
+            self.preset,
+            trials=self.trials,
+            seeds=self.seeds,
+            observations=self.env_steps,
+            seed=self.seed,
+            storage=self.storage,
+            out=out,
+            results_dir=self.results_dir,
+            console=console,
+        )
+        print_line(console, found)
+        print_indented(console, found.files)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tune:
+    """Tune the PID controller, or an agent's settings."""
+
+    what: Annotated[TunePid, subcommand("pid")] | Annotated[TuneAgent, subcommand("agent")]
+
+    def run(self, console: "Console") -> None:
+        """Run the verb given."""
+        self.what.run(console)

@@ -1,0 +1,20 @@
+import json
+from pathlib import Path
+
+from touchdown.cli import app
+
+
+def test_runs_and_show_print_json_for_scripts(finished, capsys):
+    app.main(["runs", "--json", f"--runs-dir={finished}"])
+    listed = json.loads(capsys.readouterr().out)
+    assert [entry["name"] for entry in listed] == ["cart"]
+    assert listed[0]["status"] == "finished"
+    assert listed[0]["episodes"] == 8
+    app.main(["show", "cart", "--json", f"--runs-dir={finished}"])
+    shown = json.loads(capsys.readouterr().out)
+    assert shown["config"]["env_id"] == "CartPole-v1"
+    assert all(Path(path).is_file() for path in shown["pictures"])
+    app.main(["show", "cart", f"--runs-dir={finished}"])
+    text = capsys.readouterr().out
+    assert 'env_id = "CartPole-v1"' in text
+    assert "learning-curve.png" in text

@@ -1,0 +1,57 @@
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from command_line import SHORT, complaint, run
+from touchdown.core import files
+
+
+def test_a_run_ends_with_its_records_results_and_pictures(finished):
+    names = {path.name for path in (finished / "cart").iterdir()}
+    assert {
+        "config.toml",
+        "provenance.json",
+        "episodes.jsonl",
+        "updates.jsonl",
+        "validations.jsonl",
+        "evaluation.json",
+        "checkpoints",
+        "learning-curve.png",
+        "landing.gif",
+        "landing.mp4",
+    } <= names
+    assert not [name for name in names if ".tmp" in name]
+
+
+def test_a_run_whose_name_is_taken_again_loses_nothing(finished, capsys):
+    before = {p: p.read_bytes() for p in (finished / "cart").rglob("*") if p.is_file()}
+    said = complaint("train", *SHORT, "--name=cart", f"--runs-dir={finished}", capsys=capsys)
+    assert "--resume cart" in said
+    assert before == {p: p.read_bytes() for p in (finished / "cart").rglob("*") if p.is_file()}
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_says_how_to_continue_and_does(tmp_path, number):
+    runs = tmp_path / "runs"
+    args = ["train", "dqn", *SHORT, "--episodes=60", "--name=stop", f"--runs-dir={runs}"]
+    child = subprocess.Popen(
+        [sys.executable, "-m", "touchdown", *args], stderr=subprocess.PIPE, text=True
+    )
+    episodes = runs / "stop" / "episodes.jsonl"
+    deadline = time.monotonic() + 120
+    while time.monotonic() < deadline and child.poll() is None:
+        if episodes.is_file() and episodes.read_bytes().count(b"\n") >= 3:
+            break
+        time.sleep(0.01)
+    child.send_signal(number)
+    _, said = child.communicate(timeout=120)
+    assert child.returncode == 130
+    assert said.splitlines()[-1] == (
+        f"touchdown: stopped and saved; go on with: touchdown train --resume stop --runs-dir {runs}"
+    )
+    done = run("train", "--resume", "stop", f"--runs-dir={runs}")
+    assert done.returncode == 0, done.stderr
+    assert [row["episode"] for row in files.read_jsonl(episodes)] == list(range(1, 61))

@@ -1,0 +1,64 @@
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.envs.box2d.lunar_lander import heuristic
+
+import touchdown
+from touchdown.policies import baselines
+
+
+def test_the_shipped_gains_are_those_of_the_better_rule():
+    assert baselines.shipped_pid() in (
+        baselines.shipped_pid("signed"),
+        baselines.shipped_pid("absolute"),
+    )
+    assert baselines.shipped_pid("absolute").rule == "absolute"
+    assert baselines.shipped_pid("signed").rule == "signed"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('rule = "up"\n', "rule = 'up': must be one of absolute, signed"),
+        ("dead_band = -1\n", "dead_band = -1"),
+        ("kp = 1\n", "unknown field 'kp'; known: rule, kp_vertical"),
+        ("kp_vertical = 'big'\n", "kp_vertical = 'big': must be a number"),
+        ('rule = "signed"\n', "kp_vertical, ki_vertical, kp_angle, kd_angle, dead_band: missing"),
+    ],
+)
+def test_bad_gains_are_refused(tmp_path, text, said):
+    path = tmp_path / "bad.toml"
+    path.write_text(text)
+    with pytest.raises(touchdown.UserError, match=r"bad\.toml") as refused:
+        baselines.read_pid(path)
+    assert said in str(refused.value)
+
+
+def test_the_random_policy_acts_the_same_from_a_start_whatever_other_starts_are_flown():
+    three = touchdown.evaluate("random", episodes=3, env_id="CartPole-v1").episodes
+    assert (
+        three[2:] == touchdown.evaluate("random", episodes=1, seed=2, env_id="CartPole-v1").episodes
+    )
+    flight = touchdown.fly("random", seed=2, env_id="CartPole-v1")
+    assert flight.steps == three[2].steps
+
+
+def test_the_random_policy_takes_every_action_equally_often():
+    observations = np.random.default_rng(0).normal(size=(4_000, 8)).astype(np.float32)
+    counts = np.bincount(baselines.RandomPolicy(4).act(observations), minlength=4)
+    assert counts == pytest.approx(1_000, abs=100)  # 3.7 standard deviations
+
+
+def test_the_heuristic_flies_as_it_does_in_gymnasium():
+    env = gymnasium.make("LunarLander-v3")
+    observation, _ = env.reset(seed=5)
+    total, ended = 0.0, False
+    while not ended:
+        observation, reward, terminated, truncated, _ = env.step(
+            heuristic(env.unwrapped, observation)
+        )
+        total += float(reward)
+        ended = terminated or truncated
+    env.close()
+    flown = touchdown.evaluate("heuristic", episodes=1, seed=5).episodes[0]
+    assert flown.episode_return == pytest.approx(total, abs=1e-9)
