@@ -81,7 +81,7 @@ def test_a_stable_baselines_archive_is_a_policy_for_the_environment_given(tmp_pa
     policy = find_policy(SB3 / "dqn.zip", tmp_path, LANDER)
     assert (policy.name, policy.env_id) == ("dqn", "LunarLander-v3")
     assert policy.policy.act(np.zeros((2, 8), np.float32)).shape == (2,)
-    with pytest.raises(UserError, match="the world shows 4 and has 2 actions"):
+    with pytest.raises(UserError, match="the environment gives 4 and has 2 actions"):
         find_policy(SB3 / "dqn.zip", tmp_path, "CartPole-v1")
 
 
