@@ -75,7 +75,7 @@ def main() -> None:
     figure = style.new_figure(8.4, 6.4)
     axes = dict(zip(("tabular-q", "tabular-sarsa"), figure.subplots(2, 1), strict=True))
     print(f"{ENV_ID}, epsilon 0.1, {args.steps:,} steps; seeds {args.seeds}\n")
-    print("| preset | steps of the greedy way, each seed | return while exploring, last 100 |")
+    print("| preset | steps of the greedy path, each seed | return while exploring, last 100 |")
     print("| --- | ---: | ---: |")
     for preset, ax in axes.items():
         learnt = [learn(config_of(preset, seed), args.steps) for seed in args.seeds]
