@@ -1,9 +1,10 @@
 """The paper's controller: two control values, a dead band, one engine at a time (appendix C)."""
 
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
+from msgspec import Meta
 
 from touchdown.config.checks import settle
 from touchdown.core.types import FloatArray, IntArray
@@ -36,13 +37,11 @@ class PIDConfig:
     """τ_p of u_φ, on x + v_x - φ."""
     kd_angle: float
     """τ_d of u_φ, on v_x - ω."""
-    dead_band: float
+    dead_band: Annotated[float, Meta(ge=0)]
     """η: smaller control values fire no engine."""
 
     def __post_init__(self) -> None:
         settle(self)
-        if self.dead_band < 0:
-            raise ValueError(f"dead_band = {self.dead_band}: must be 0 or more")
 
 
 class ControlValues(NamedTuple):

@@ -1,15 +1,20 @@
-"""One seed gives named, independent streams, and three sets of starts that never overlap."""
+"""One seed gives named, independent streams of random numbers, and each episode's start."""
 
 from typing import NamedTuple
 
 from numpy.random import Generator, SeedSequence, default_rng
 
-TEST_STARTS = range(1_000_000)
-"""Environment seeds that only reporting may fly; the first 100 are the usual test."""
-VALIDATION_STARTS = range(1_000_000, 2_000_000)
-"""Environment seeds that choose a checkpoint."""
-TRAINING_STARTS = range(2_000_000, 2**31)
-"""Environment seeds that training draws from."""
+from touchdown.core.starts import TEST_STARTS, TRAINING_STARTS, VALIDATION_STARTS
+
+__all__ = [
+    "TEST_STARTS",
+    "TRAINING_STARTS",
+    "VALIDATION_STARTS",
+    "Streams",
+    "streams",
+    "training_start",
+    "tuning_starts",
+]
 
 _STARTS, _TUNING = 101, 102  # spawn keys beside the streams', so that adding a stream moves none
 

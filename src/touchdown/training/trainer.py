@@ -4,14 +4,13 @@ import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from touchdown.agents.agent import Agent
 from touchdown.agents.registry import make_agent
 from touchdown.config.config import Config
-from touchdown.core import files
+from touchdown.core import files, records
 from touchdown.core.errors import Interrupted, UserError
 from touchdown.core.seeding import VALIDATION_STARTS, streams, training_start
 from touchdown.core.types import Outcome, Policy
@@ -23,8 +22,10 @@ from touchdown.evaluation.evaluator import NUM_ENVS, Evaluator
 from touchdown.lander import engine as engines
 from touchdown.lander import rules
 from touchdown.policies import weights as policy_weights
+from touchdown.policies.facts import WeightsFacts
 from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
+from touchdown.runs.rows import EpisodeRow, UpdateRow, ValidationRow
 from touchdown.training import checkpoint
 from touchdown.training.checkpoint import Candidate, Solved
 from touchdown.training.loggers import Recorder
@@ -171,9 +172,9 @@ class Trainer:
         exact = engine == "exact" and rules.is_lander(config.env_id)
         self._evaluator = Evaluator(config.env_id, _NUM_EXACT_ENVS if exact else NUM_ENVS, engine)
         resources.callback(self._evaluator.close)
-        rows = files.read_jsonl(folder.episodes, ("episode_return", "outcome"))[-RECENT:]
-        self._recent_returns = [float(row["episode_return"]) for row in rows]
-        self._recent_timed_out = [row["outcome"] == "timed out" for row in rows]
+        rows = records.decode_jsonl(folder.episodes, EpisodeRow)[-RECENT:]
+        self._recent_returns = [row.episode_return for row in rows]
+        self._recent_timed_out = [row.outcome == "timed out" for row in rows]
         self._last_loss: float | None = None
         self._underway: Underway | None = None
 
@@ -316,15 +317,15 @@ class Trainer:
         episode_return, steps = episode.episode_return, len(episode.actions)
         self._recent_returns = [*self._recent_returns[1 - RECENT :], episode_return]
         self._recent_timed_out = [*self._recent_timed_out[1 - RECENT :], outcome == "timed out"]
-        row = {
-            "episode": progress.episodes,
-            "observations": agent.observations,
-            "episode_return": episode_return,
-            "steps": steps,
-            "outcome": outcome,
-            "epsilon": epsilon,
-            "seconds": round(progress.seconds, 3),
-        }
+        row = EpisodeRow(
+            episode=progress.episodes,
+            env_steps=agent.observations,
+            episode_return=episode_return,
+            steps=steps,
+            outcome=outcome,
+            epsilon=epsilon,
+            seconds=round(progress.seconds, 3),
+        )
         scalars = {
             "rollout/ep_rew": episode_return,
             "rollout/ep_rew_mean": float(np.mean(self._recent_returns)),
@@ -344,7 +345,7 @@ class Trainer:
                 f"update {agent.updates} (loss {metrics['loss']}, mean Q {metrics['mean_q']}); "
                 "a lower learning_rate, a max_grad_norm or a smaller reward_scale would help"
             )
-        row = {"update": agent.updates, "observations": agent.observations, **metrics}
+        row = UpdateRow(update=agent.updates, env_steps=agent.observations, metrics=metrics)
         scalars = {f"train/{name}": value for name, value in metrics.items()}
         self._recorder.write(self._folder.updates, row, scalars)
 
@@ -359,13 +360,13 @@ class Trainer:
         results = self._evaluator.rollout(self._agent.model.policy(params), starts)
         returns = [result.episode_return for result in results]
         mean = float(np.mean(returns))
-        row = {
-            "observations": observations,
-            "episode": progress.episodes,
-            "mean_return": mean,
-            "returns": returns,
-            "time_limit_share": float(np.mean([r.outcome == "timed out" for r in results])),
-        }
+        row = ValidationRow(
+            env_steps=observations,
+            episode=progress.episodes,
+            mean_return=mean,
+            returns=returns,
+            time_limit_share=float(np.mean([r.outcome == "timed out" for r in results])),
+        )
         self._recorder.write(self._folder.validations, row, {"eval/mean_reward": mean})
         best_so_far = max((f.validation_return for f in progress.candidates), default=-np.inf)
         candidate = Candidate(observations, mean, params)
@@ -374,7 +375,7 @@ class Trainer:
         candidates.sort(key=lambda each: -each.validation_return)
         progress.candidates = candidates[: training.candidate_checkpoints]
         if mean > best_so_far:
-            self._write_best(progress.candidates[0], {"validation_return": mean})
+            self._write_best(progress.candidates[0], {})
         if self._threshold is not None and mean >= self._threshold:
             self._stop_if_sure(candidate, self._threshold)
 
@@ -420,21 +421,22 @@ class Trainer:
         self._finish(progress.candidates[int(np.argmax(means))], max(means))
 
     def _finish(self, best: Candidate, mean: float) -> None:
-        facts: dict[str, Any] = {
-            "validation_return": best.validation_return,
-            "final_validation_return": mean,
-        }
+        facts = {"final_validation_return": mean}
         if self._progress.solved is not None:
             facts["solved_seconds"] = round(self._progress.solved.seconds, 3)
         self._write_best(best, facts)
         self._progress.finished = True
         self._save()
 
-    def _write_best(self, candidate: Candidate, facts: dict[str, Any]) -> None:
+    def _write_best(self, candidate: Candidate, facts: dict[str, float]) -> None:
         policy_weights.save_weights(
             self._folder.best,
             self._agent.model,
             candidate.params,
-            {"observations": candidate.observations, **facts},
+            WeightsFacts(
+                env_steps=candidate.observations,
+                validation_return=candidate.validation_return,
+                **facts,
+            ),
             self._config,
         )
