@@ -60,12 +60,12 @@ def result_of(folder: RunFolder) -> dict[str, Any] | None:
     if not folder.best.is_file():
         return None
     facts = policy_weights.facts_of(folder.best)
-    if "final_validation_return" not in facts:
+    if facts.final_validation_return is None:
         return None
     episodes = files.read_jsonl(folder.episodes)
     recent = [row["episode_return"] for row in episodes[-100:]]
     return {
-        "best": facts["final_validation_return"],
+        "best": facts.final_validation_return,
         "last": files.read_jsonl(folder.validations)[-1]["mean_return"],
         "training": sum(recent) / len(recent),
         "seconds": episodes[-1]["seconds"],

@@ -57,9 +57,8 @@ def table(presets: Sequence[str], seeds: Sequence[int], runs: Path) -> str:
             summary = evaluations_of(run)[0].summary
             last = files.read_jsonl(run.folder.episodes)[-1]
             # a preset that stops when its world is solved says when it knew, validation counted
-            seconds = policy_weights.facts_of(run.folder.best).get(
-                "solved_seconds", last["seconds"]
-            )
+            solved = policy_weights.facts_of(run.folder.best).solved_seconds
+            seconds = last["seconds"] if solved is None else solved
             means.append(summary.mean)
             lines.append(
                 f"| {preset} | {seed} | {summary.mean:.1f} ± {summary.sd:.0f} "

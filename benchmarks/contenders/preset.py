@@ -54,8 +54,8 @@ def seconds_to_decision(folder: RunFolder) -> float:
     Raises:
         UserError: the records of the run are broken.
     """
-    last = files.read_jsonl(folder.episodes, ("seconds",))[-1]["seconds"]
-    return float(policy_weights.facts_of(folder.best).get("solved_seconds", last))
+    solved = policy_weights.facts_of(folder.best).solved_seconds
+    return solved or files.read_jsonl(folder.episodes)[-1]["seconds"]
 
 
 def train(name: str, config: Config, runs: Path, judge: Judge) -> None:
@@ -78,7 +78,7 @@ def train(name: str, config: Config, runs: Path, judge: Judge) -> None:
     held = folder.path / "held.safetensors"
     for held_since, weights in keeper.kept:
         held.write_bytes(weights)
-        observations = policy_weights.facts_of(held)["observations"]
+        observations = policy_weights.facts_of(held).env_steps
         judge.look(policy_weights.load_weights(held).policy, held_since, observations, chosen=True)
     held.unlink(missing_ok=True)
     observations = files.read_jsonl(folder.episodes)[-1]["observations"]

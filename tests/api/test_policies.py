@@ -15,6 +15,7 @@ from touchdown.evaluation.evaluator import Evaluator
 from touchdown.lander import engine as engines
 from touchdown.policies import lookup
 from touchdown.policies import weights as policy_weights
+from touchdown.policies.facts import WeightsFacts
 from touchdown.runs import folder as folders
 
 CONFIG = Config(env_id="CartPole-v1", network=NetworkConfig(hidden_sizes=()))
@@ -27,7 +28,7 @@ SB3 = Path(__file__).parents[1] / "policies" / "foreign" / "sb3"
 def weights(path: Path, seed: int) -> np.ndarray:
     """Write a policy and return its actions."""
     params = np.asarray(NETWORK.init(jax.random.key(seed)))
-    policy_weights.save_weights(path, NETWORK, params, {}, CONFIG)
+    policy_weights.save_weights(path, NETWORK, params, WeightsFacts(), CONFIG)
     return NETWORK.policy(params).act(OBSERVATIONS)
 
 

@@ -217,7 +217,7 @@ def test_smallest_file_is_read(tmp_path):
         ({"format_version": "1", "flights": json.dumps([FACTS, FACTS])}, "not recorded flights"),
         (
             {"format_version": "1", "flights": json.dumps([FACTS | {"outcome": "flew off"}])},
-            "outcome 'flew off'",
+            "outcome = 'flew off'",
         ),
     ],
 )

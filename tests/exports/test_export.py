@@ -21,6 +21,7 @@ from touchdown.evaluation import evaluation as evaluations
 from touchdown.exports import agreement
 from touchdown.policies import lookup
 from touchdown.policies import weights as policy_weights
+from touchdown.policies.facts import WeightsFacts
 from touchdown.policies.foreign.onnx import OnnxModel
 from touchdown.runs import folder as folders
 from touchdown.runs.run import Run
@@ -33,7 +34,7 @@ def made(runs_dir: Path, preset: str = "pilot", *, evaluated: bool = True) -> Ru
         config = replace(config, network=replace(config.network, hidden_sizes=(8,)))
     folder = folders.create(runs_dir, config)
     model, params = fresh(config)
-    facts = {"observations": 12_345, "validation_return": 1.5}
+    facts = WeightsFacts(env_steps=12_345, validation_return=1.5)
     policy_weights.save_weights(folder.best, model, params, facts, config)
     run = Run(folder)
     if evaluated:
@@ -255,5 +256,8 @@ def test_a_run_with_a_broken_record_is_refused(tmp_path):
     with pytest.raises(touchdown.UserError, match=r"provenance\.json: not JSON"):
         touchdown.export(run, "safetensors", out=tmp_path / "out")
     run.folder.provenance.write_text(files.to_json({"versions": 3}))
+    with pytest.raises(touchdown.UserError, match=r"versions = 3: must be an object"):
+        touchdown.export(run, "safetensors", out=tmp_path / "out")
+    run.folder.provenance.write_text("{}")
     touchdown.export(run, "safetensors", out=tmp_path / "out")
     assert "trained with:" not in (tmp_path / "out" / "README.md").read_text("utf-8")

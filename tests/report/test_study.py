@@ -13,6 +13,7 @@ from touchdown.core import files
 from touchdown.core.types import Spaces
 from touchdown.evaluation.evaluation import write_evaluations
 from touchdown.policies import weights as policy_weights
+from touchdown.policies.facts import WeightsFacts
 from touchdown.report import study as reports
 from touchdown.runs.folder import RunFolder
 from touchdown.studies import paper
@@ -44,7 +45,9 @@ def store(tmp_path_factory):
             path = made.runs / planned.digest
             write_run(path, (mean - 20, mean + 20), (mean - 40, mean))
             params = np.random.default_rng(planned.seed).normal(size=network.num_params)
-            policy_weights.save_weights(RunFolder(path).best, network, params, {}, SMALL)
+            policy_weights.save_weights(
+                RunFolder(path).best, network, params, WeightsFacts(), SMALL
+            )
     for job in paper.pid_jobs("quick"):
         folder = made.runs / job.digest
         folder.mkdir()
@@ -53,7 +56,7 @@ def store(tmp_path_factory):
         files.write_atomic(folder / GAINS, found.to_toml())
         better = 0 if job.tuning.tuner == "hand" else 50
         returns = [170.0 + better + job.tuning.seed, 180.0 + better]
-        write_evaluations(folder / "evaluation.json", [evaluation(returns)], {})
+        write_evaluations(folder / "evaluation.json", [evaluation(returns)], WeightsFacts())
     broken, missing = paper.studies("quick")["size"].runs()[:2]
     made.note_failure(broken.digest, "it diverged")
     for each in (broken, missing):

@@ -3,15 +3,17 @@ import math
 import pytest
 from numpy.testing import assert_allclose
 
-from finished_runs import evaluation, lines, write_run
+from finished_runs import evaluation, write_run, write_validations
 from touchdown.core import files
 from touchdown.core.errors import UserError
 from touchdown.evaluation.evaluation import write_evaluations
+from touchdown.policies.facts import WeightsFacts
 from touchdown.studies.plan import Factor, Study, levels_of
 from touchdown.studies.results import read_pid, read_run, read_study
 from touchdown.studies.store import open_store
-from touchdown.studies.tuners import Tuning
+from touchdown.studies.tuners import Tuned, Tuning
 from touchdown.studies.work import PidJob
+from touchdown.training import pid_tuning
 
 
 def test_a_finished_run_is_read_in_numbers(tmp_path):
@@ -38,7 +40,7 @@ def test_a_run_without_flights_of_its_last_weights_is_judged_by_the_chosen_ones(
 
 def test_a_run_that_never_got_there_is_shown_as_such(tmp_path):
     write_run(tmp_path / "abc")
-    lines(tmp_path / "abc/validations.jsonl", [{"observations": 500, "mean_return": 199.9}])
+    write_validations(tmp_path / "abc", [(500, 199.9)])
     run = read_run(tmp_path / "abc", (), 0)
     assert math.isinf(run.observations_to_solved)
     assert math.isinf(run.seconds_to_solved)
@@ -75,9 +77,10 @@ def test_tunings_that_are_done_are_read(tmp_path):
     folder = store.runs / done.digest
     folder.mkdir()
     files.write_atomic(
-        folder / "tuning.json", files.to_json({"best_return": 210.0, "history": [90.0, 210.0]})
+        folder / "tuning.json",
+        files.to_json(Tuned(pid_tuning.HAND_PICKED, 210.0, (90.0, 210.0)).to_json()),
     )
-    write_evaluations(folder / "evaluation.json", [evaluation([190.0, 210.0])], {})
+    write_evaluations(folder / "evaluation.json", [evaluation([190.0, 210.0])], WeightsFacts())
     (found,) = read_pid([done, missing], store)
     assert (found.job, found.trained_return, found.history) == (done, 210, (90, 210))
     assert found.test.summary.mean == 200

@@ -546,7 +546,7 @@ def test_the_table_of_a_run_is_flown_from_its_file(tmp_path):
         (
             {"q": np.zeros((16, 4))},
             {"network": "{}"},
-            r"not a policy's weights: too many values to unpack",
+            r"not a policy's weights: must describe either a network or a table",
         ),
     ],
 )
@@ -571,9 +571,9 @@ def test_a_run_stops_as_soon_as_fresh_starts_leave_no_doubt(tmp_path, monkeypatc
     train(folder)
     validations, facts = files.read_jsonl(folder.validations), policy_weights.facts_of(folder.best)
     assert len(validations) == 1
-    assert facts["observations"] == validations[0]["observations"]
-    assert facts["solved_seconds"] > 0
-    assert facts["final_validation_return"] > 1.0
+    assert facts.env_steps == validations[0]["observations"]
+    assert facts.solved_seconds > 0
+    assert facts.final_validation_return > 1.0
     assert len(files.read_jsonl(folder.episodes)) < 200
 
 
@@ -589,7 +589,7 @@ def test_a_mean_just_above_the_threshold_leaves_doubt(tmp_path, monkeypatch):
     monkeypatch.setattr(selection, "threshold_of", lambda _: best)
     folder = folders.create(tmp_path, config, "doubted")
     train(folder)
-    assert "solved_seconds" not in policy_weights.facts_of(folder.best)
+    assert policy_weights.facts_of(folder.best).solved_seconds is None
     assert len(files.read_jsonl(folder.episodes)) == 20
 
 

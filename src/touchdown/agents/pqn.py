@@ -225,5 +225,7 @@ class PQNAgent:
             part[:] = tensors["rollout"][name]
         next_q = tensors["acting"].get("next_q")
         self._next_q = None if next_q is None else jnp.array(next_q)
+        if facts["filled"] >= self._config.rollout.rollout_steps:
+            raise ValueError(f"agent.filled = {facts['filled']}: more than a rollout's steps")
         self.observations, self.updates = facts["observations"], facts["updates"]
         self._explorer.epsilon, self._filled = float(facts["epsilon"]), int(facts["filled"])

@@ -115,11 +115,11 @@ def _completed(folder: RunFolder, shown: Console) -> Run:
 def _verdict(run: Run) -> str:
     """How a run that was to stop when its world is solved came to its end."""
     facts = policy_weights.facts_of(run.folder.best)
-    mean = f"{facts['final_validation_return']:.1f}"
-    if "solved_seconds" not in facts:
+    mean = f"{policy_weights.final_return_of(run.folder.best):.1f}"
+    if facts.solved_seconds is None:
         return f"not solved within its budget: {mean} on validation starts"
     return (
-        f"solved after {facts['solved_seconds']:.1f} s and {facts['observations']:,} observations: "
+        f"solved after {facts.solved_seconds:.1f} s and {facts.env_steps:,} observations: "
         f"{mean} on {run.config.training.final_validation_episodes} validation starts"
     )
 

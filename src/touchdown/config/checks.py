@@ -3,10 +3,14 @@
 import dataclasses
 import math
 import re
+import sys
 import typing
-from typing import Any, Literal, cast
+from functools import cache
+from typing import Any, cast
 
-import numpy as np
+import msgspec
+
+from touchdown.core.complaints import complaint
 
 
 def check(section: object, name: str, *, ok: bool, wanted: str) -> None:
@@ -25,7 +29,7 @@ def is_plain_name(name: str) -> bool:
 
 
 def settle(section: Any) -> None:
-    """Refuse a value of another type than its field's, and make equals alike.
+    """Refuse a value that its field's type or bounds exclude, and make equal values alike.
 
     1 and 1.0, a list and a tuple, NumPy's scalars and Python's: the same setting, one digest.
 
@@ -33,37 +37,46 @@ def settle(section: Any) -> None:
         section: a frozen dataclass that is being made.
 
     Raises:
-        ValueError: a field's value is of another type, not among its choices, or not finite.
+        ValueError: a field's value is of another type, out of bounds, not among its choices, or
+            not finite.
     """
-    for name, kind in typing.get_type_hints(cast(type[Any], type(section))).items():
-        object.__setattr__(section, name, _coerced(kind, name, getattr(section, name)))
+    for name, kind in _kinds(cast(type[Any], type(section))).items():
+        object.__setattr__(section, name, _settled(getattr(section, name), kind, name))
 
 
-def _coerced(kind: Any, name: str, given: Any) -> Any:
-    value: Any = cast(Any, given).item() if isinstance(given, np.generic) else given
+@cache
+def _kinds(section: type[Any]) -> dict[str, Any]:
+    """The types of a section's fields, with their bounds."""
+    return typing.get_type_hints(section, include_extras=True)
+
+
+def _settled(given: Any, kind: Any, name: str) -> Any:
     if dataclasses.is_dataclass(kind):
-        if not isinstance(value, cast(type, kind)):
-            raise ValueError(f"{name} = {value!r}: must be a {cast(type, kind).__name__}")
-        return value
-    if typing.get_origin(kind) is Literal:
-        choices = typing.get_args(kind)
-        if value not in choices:
-            raise ValueError(f"{name} = {value!r}: must be one of {', '.join(choices)}")
-        return value
-    if typing.get_origin(kind) is tuple:
-        if not isinstance(value, list | tuple):
-            raise ValueError(f"{name} = {value!r}: must be a list")
-        of = typing.get_args(kind)[0]
-        return tuple(_coerced(of, name, entry) for entry in cast(list[Any], value))
-    if kind is float and type(value) in (int, float):
-        try:
-            value = float(value) + 0.0  # -0.0 becomes 0.0
-        except OverflowError:
-            value = math.inf
-        if not math.isfinite(value):
-            raise ValueError(f"{name} = {value!r}: must be a finite number")
-    if type(value) is not kind:
-        kinds = {int: "a whole number", float: "a number", str: "a string", bool: "true or false"}
-        wanted = kinds[kind]
-        raise ValueError(f"{name} = {value!r}: must be {wanted}")
-    return value
+        if not isinstance(given, cast(type, kind)):
+            raise ValueError(f"{name} = {given!r}: must be a {cast(type, kind).__name__}")
+        return given
+    value = _plain(given)
+    try:
+        settled = msgspec.convert(value, kind)
+    except msgspec.ValidationError:
+        settled = math.nan
+    # TOML and Python have infinite numbers and NaN, which no type excludes
+    if _is_finite(settled):
+        return settled
+    raise ValueError(complaint(value, kind, name))
+
+
+def _plain(value: Any) -> Any:
+    """A value without NumPy's scalars and without a zero's sign."""
+    numpy = sys.modules.get("numpy")  # slow to load, and where it is not, no value is of it
+    if numpy is not None and isinstance(value, numpy.generic):
+        return _plain(value.item())
+    if isinstance(value, list | tuple):
+        return tuple(_plain(entry) for entry in cast(list[Any], value))
+    return value + 0.0 if type(value) is float else value
+
+
+def _is_finite(value: Any) -> bool:
+    if isinstance(value, tuple):
+        return all(map(_is_finite, cast(tuple[Any, ...], value)))
+    return not isinstance(value, float) or math.isfinite(value)

@@ -4,6 +4,9 @@ import dataclasses
 import hashlib
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated
+
+from msgspec import Meta
 
 from touchdown.config.checks import check, is_plain_name, settle
 from touchdown.config.rules import check_together
@@ -26,7 +29,7 @@ class Config:
 
     preset: str = "custom"
     """Name of the preset that the settings started from (a label; it changes nothing)."""
-    seed: int = 0
+    seed: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
     """Training seed: weights, exploration, replay and training starts follow from it."""
     env_id: str = "LunarLander-v3"
     """Gymnasium id of a world with a flat Box or Discrete observation and Discrete actions."""
@@ -45,7 +48,6 @@ class Config:
         settle(self)
         preset_ok = is_plain_name(self.preset)
         check(self, "preset", ok=preset_ok, wanted="letters, digits, '.', '_' and '-'")
-        check(self, "seed", ok=0 <= self.seed < 2**32, wanted="from 0 to 4294967295")
         check_together(self)
 
     @property

@@ -1,9 +1,10 @@
 """The paper's PID controller: two control values, a dead band, one engine a step (appendix C)."""
 
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
+from msgspec import Meta
 
 from touchdown.config.checks import settle
 from touchdown.core.types import FloatArray, IntArray
@@ -37,13 +38,11 @@ class PIDConfig:
     """kp of u_φ, on the error x + v_x - φ."""
     kd_angle: float
     """kd of u_φ, on v_x - ω."""
-    dead_band: float
+    dead_band: Annotated[float, Meta(ge=0)]
     """η: no engine fires for control values of smaller magnitude."""
 
     def __post_init__(self) -> None:
         settle(self)
-        if self.dead_band < 0:
-            raise ValueError(f"dead_band = {self.dead_band}: must be 0 or more")
 
 
 class ControlValues(NamedTuple):

@@ -10,10 +10,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, cast
 
+import msgspec
 from numpy.typing import NDArray
 from safetensors import SafetensorError
 from safetensors.numpy import load
 
+from touchdown.core import records
 from touchdown.core.errors import UserError, one_line
 
 Tensors = dict[str, NDArray[Any]]
@@ -99,19 +101,29 @@ def read_bytes(path: Path, most: int) -> bytes:
 
 
 def read_json(path: Path) -> dict[str, Any]:
-    """A JSON file that holds one object.
+    """A JSON file that holds one object of any kind.
 
     Raises:
         UserError: it is missing, cut off, or holds something else.
     """
-    try:
-        return parse_json_object(path, path.read_bytes())
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
+    return records.decode_json(path, dict[str, Any])
+
+
+def read_jsonl(path: Path) -> list[dict[str, Any]]:
+    """The objects of a JSON Lines file; a last line without its newline is still being written.
+
+    Raises:
+        UserError: the file is missing, or a whole line is not a JSON object.
+    """
+    return records.decode_jsonl(path, dict[str, Any])
 
 
 def parse_json_object(path: Path, data: bytes) -> dict[str, Any]:
-    """One JSON object from bytes that were read from `path`.
+    """One JSON object that another program wrote, perhaps with NaN and Infinity.
+
+    Args:
+        path: where the bytes come from, named in errors.
+        data: the bytes.
 
     Raises:
         UserError: the bytes are something else.
@@ -125,33 +137,8 @@ def parse_json_object(path: Path, data: bytes) -> dict[str, Any]:
     return cast(dict[str, Any], value)
 
 
-def read_jsonl(path: Path, fields: Iterable[str] = ()) -> list[dict[str, Any]]:
-    """The objects of a JSON Lines file; a last line without its newline is still being written.
-
-    Args:
-        path: of the file.
-        fields: that every line must have.
-
-    Raises:
-        UserError: the file is missing, or a whole line is not a JSON object with those fields.
-    """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
-    rows: list[dict[str, Any]] = []
-    for number, line in enumerate(data.split(b"\n")[:-1], start=1):
-        try:
-            row = json.loads(line)
-        except (ValueError, RecursionError):
-            row = None
-        if not isinstance(row, dict):
-            raise UserError(f"{path}: line {number} is not a JSON object")
-        missing = [name for name in fields if name not in row]
-        if missing:
-            raise UserError(f"{path}: line {number} has no {missing[0]}")
-        rows.append(cast(dict[str, Any], row))
-    return rows
+class _TensorsHeader(msgspec.Struct):
+    metadata: dict[str, str] = msgspec.field(name="__metadata__", default_factory=dict[str, str])
 
 
 def read_tensors(path: Path, sha256: str | None = None) -> tuple[Tensors, dict[str, str]]:
@@ -173,13 +160,22 @@ def read_tensors(path: Path, sha256: str | None = None) -> tuple[Tensors, dict[s
         raise UserError(f"{path}: not a whole safetensors file: {one_line(error)}") from None
     if sha256 is not None and hashlib.sha256(data).hexdigest() != sha256:
         raise UserError(f"{path}: altered since it was written (its SHA-256 differs)")
-    header = parse_json_object(path, data[8 : 8 + int.from_bytes(data[:8], "little")])
-    return tensors, dict(header.get("__metadata__", {}))
+    header = data[8 : 8 + int.from_bytes(data[:8], "little")]
+    return tensors, records.decode(header, _TensorsHeader, path).metadata
 
 
 def to_json(value: object) -> str:
-    """Readable JSON with a closing newline."""
-    return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    """Readable JSON with a closing newline, of plain values and records."""
+    text = json.dumps(
+        value, indent=2, ensure_ascii=False, allow_nan=False, default=msgspec.to_builtins
+    )
+    return text + "\n"
+
+
+def to_json_line(value: object) -> bytes:
+    """One line of JSON Lines, of plain values and records."""
+    text = json.dumps(value, ensure_ascii=False, allow_nan=False, default=msgspec.to_builtins)
+    return text.encode() + b"\n"
 
 
 def remove_temporaries(folders: Iterable[Path]) -> None:

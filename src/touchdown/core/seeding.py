@@ -1,17 +1,21 @@
-"""Named, independent random streams from one seed, and three sets of starts that never overlap."""
+"""Named, independent random streams from one seed, and the start of each episode."""
 
 from typing import NamedTuple
 
 from numpy.random import Generator, SeedSequence, default_rng
 
 from touchdown.core.errors import UserError
+from touchdown.core.starts import TEST_STARTS, TRAINING_STARTS, VALIDATION_STARTS
 
-TEST_STARTS = range(1_000_000)
-"""Environment seeds used for reporting only; the first 100 are the usual test."""
-VALIDATION_STARTS = range(1_000_000, 2_000_000)
-"""Environment seeds used to choose a checkpoint."""
-TRAINING_STARTS = range(2_000_000, 2**31)
-"""Environment seeds that training draws from."""
+__all__ = [
+    "TEST_STARTS",
+    "TRAINING_STARTS",
+    "VALIDATION_STARTS",
+    "Streams",
+    "streams",
+    "training_start",
+    "tuning_starts",
+]
 
 _STARTS, _TUNING = 101, 102  # spawn keys far from the streams', so a new stream changes no start
 

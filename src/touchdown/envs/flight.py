@@ -7,16 +7,19 @@ from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple, cast, get_args
+from typing import Annotated, Any, NamedTuple, cast
 
+import msgspec
 import numpy as np
+from msgspec import Meta, Struct
 from numpy.typing import NDArray
 from PIL import Image
 from safetensors.numpy import save
 
-from touchdown.core import files
+from touchdown.core import files, records
 from touchdown.core.errors import UserError, one_line
 from touchdown.core.files import Tensors
+from touchdown.core.records import Count
 from touchdown.core.types import Outcome, Policy
 from touchdown.envs import environment, outcome
 from touchdown.envs.environment import MadeEnv
@@ -24,6 +27,16 @@ from touchdown.lander import engine as engines
 from touchdown.lander import rules
 
 FORMAT_VERSION = 1
+
+
+class _Facts(Struct, frozen=True, kw_only=True, rename={"policy": "pilot"}):
+    """What is kept of a flight in a file's metadata, beside its arrays."""
+
+    env_id: str
+    policy: str
+    seed: Count
+    outcome: Outcome
+    steps_per_second: Annotated[int, Meta(ge=1, le=1_000_000)]
 
 
 class Terrain(NamedTuple):
@@ -148,19 +161,22 @@ def save_flights(path: Path, flights: Sequence[Flight]) -> None:
         UserError: the file cannot be written.
     """
     tensors: Tensors = {}
-    facts: list[dict[str, Any]] = []
+    facts: list[_Facts] = []
     for index, flight in enumerate(flights):
         tensors |= {f"{index}.{name}": value for name, value in _tensors(flight).items()}
         facts.append(
-            {
-                "env_id": flight.env_id,
-                "pilot": flight.policy,
-                "seed": flight.seed,
-                "outcome": flight.outcome,
-                "steps_per_second": flight.steps_per_second,
-            }
+            _Facts(
+                env_id=flight.env_id,
+                policy=flight.policy,
+                seed=flight.seed,
+                outcome=flight.outcome,
+                steps_per_second=flight.steps_per_second,
+            )
         )
-    metadata = {"format_version": str(FORMAT_VERSION), "flights": json.dumps(facts)}
+    metadata = {
+        "format_version": str(FORMAT_VERSION),
+        "flights": json.dumps(msgspec.to_builtins(facts)),
+    }
     with files.refusing(str(path)):
         files.write_atomic(path, save(tensors, metadata))
 
@@ -177,13 +193,12 @@ def load_flights(path: Path) -> list[Flight]:
         raise UserError(
             f"{path}: format_version = {version!r}: this touchdown reads {FORMAT_VERSION}"
         )
+    where = f"{path}: not recorded flights"
+    known = records.decode(metadata.get("flights", ""), list[_Facts], where)
     try:
-        return [
-            _flight(facts, tensors, f"{index}.")
-            for index, facts in enumerate(json.loads(metadata["flights"]))
-        ]
+        return [_flight(facts, tensors, f"{index}.") for index, facts in enumerate(known)]
     except (KeyError, IndexError, TypeError, ValueError) as error:
-        raise UserError(f"{path}: not recorded flights: {one_line(error)}") from None
+        raise UserError(f"{where}: {one_line(error)}") from None
 
 
 @contextmanager
@@ -250,7 +265,7 @@ def _tensors(flight: Flight) -> Tensors:
     return tensors
 
 
-def _flight(facts: dict[str, Any], tensors: Tensors, prefix: str) -> Flight:
+def _flight(facts: _Facts, tensors: Tensors, prefix: str) -> Flight:
     own = {
         name.removeprefix(prefix): value
         for name, value in tensors.items()
@@ -267,8 +282,6 @@ def _flight(facts: dict[str, Any], tensors: Tensors, prefix: str) -> Flight:
     for name, shape in shapes.items():
         if name in own and own[name].shape != shape:
             raise ValueError(f"{prefix}{name} is {own[name].shape}, must be {shape}")
-    if facts["outcome"] not in get_args(Outcome):
-        raise ValueError(f"outcome {facts['outcome']!r}: must be one of {get_args(Outcome)}")
     terrain = frames = None
     if "terrain" in own:
         xs, heights = own["terrain"]
@@ -279,14 +292,14 @@ def _flight(facts: dict[str, Any], tensors: Tensors, prefix: str) -> Flight:
             raise ValueError(f"{prefix}frames is {len(data)} bytes, must be {ends[-1]}")
         frames = tuple(data[a:b] for a, b in zip([0, *ends], ends, strict=False))
     return Flight(
-        env_id=facts["env_id"],
-        policy=facts["pilot"],
-        seed=facts["seed"],
+        env_id=facts.env_id,
+        policy=facts.policy,
+        seed=facts.seed,
         observations=own["observations"],
         actions=own["actions"],
         rewards=own["rewards"],
-        outcome=facts["outcome"],
-        steps_per_second=facts["steps_per_second"],
+        outcome=facts.outcome,
+        steps_per_second=facts.steps_per_second,
         bodies=own.get("bodies"),
         terrain=terrain,
         frames=frames,

@@ -3,15 +3,17 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
-from touchdown.core import files
-from touchdown.core.errors import UserError, one_line
+from msgspec import Meta, Struct
+
+from touchdown.core import files, records
 from touchdown.envs.outcome import threshold_of
 from touchdown.evaluation.evaluator import EpisodeResult, Evaluator
 from touchdown.lander import rules
+from touchdown.policies.facts import WeightsFacts
 from touchdown.policies.named import NamedPolicy
-from touchdown.stats.summary import Interval, Summary, summarise
+from touchdown.stats.summary import Summary, summarise
 
 FORMAT_VERSION = 1
 
@@ -22,7 +24,7 @@ class Evaluation:
 
     name: str
     env_id: str
-    episodes: list[EpisodeResult]
+    episodes: Annotated[list[EpisodeResult], Meta(min_length=1)]
     summary: Summary
 
     def to_json(self) -> dict[str, Any]:
@@ -33,6 +35,27 @@ class Evaluation:
             "summary": self.summary.to_json(),
             "episodes": [episode.to_json() for episode in self.episodes],
         }
+
+
+class _EvaluationFile(Struct, frozen=True, rename={"evaluations": "pilots"}):
+    """`evaluation.json`."""
+
+    format_version: Literal[1]
+    checkpoint: WeightsFacts
+    """Of the weights that were tested."""
+    evaluations: Annotated[list[Evaluation], Meta(min_length=1)]
+
+    def __post_init__(self) -> None:
+        thresholds = {evaluation.summary.threshold for evaluation in self.evaluations}
+        if len(thresholds) > 1:
+            raise ValueError("pilots: must all have the same summary.threshold")
+        for index, evaluation in enumerate(self.evaluations):
+            summary = evaluation.summary
+            if (summary.share_solved is None) != (summary.threshold is None):
+                raise ValueError(
+                    f"pilots[{index}].summary.share_solved = {summary.share_solved}: "
+                    "must be a number where there is a threshold, and only there"
+                )
 
 
 def evaluate_policy(
@@ -69,15 +92,13 @@ def _summary_of(env_id: str, episodes: Sequence[EpisodeResult]) -> Summary:
     )
 
 
-def write_evaluations(
-    path: Path, evaluations: Sequence[Evaluation], chosen: dict[str, Any]
-) -> None:
-    """Write a run's test flights: its own first, then the baselines'.
+def write_evaluations(path: Path, evaluations: Sequence[Evaluation], chosen: WeightsFacts) -> None:
+    """Write a run's test episodes: its own policy's first, then the baselines'.
 
     Args:
         path: of `evaluation.json`.
         evaluations: of every policy, all from the same starts.
-        chosen: facts about the checkpoint that was flown.
+        chosen: facts about the weights that were tested.
     """
     content = {
         "format_version": FORMAT_VERSION,
@@ -88,28 +109,12 @@ def write_evaluations(
 
 
 def read_evaluations(path: Path) -> list[Evaluation]:
-    """What `write_evaluations` wrote.
+    """What `write_evaluations` wrote, at least one.
 
     Raises:
         UserError: the file is broken or of another version.
     """
-    content = files.read_json(path)
-    if content.get("format_version") != FORMAT_VERSION:
-        raise UserError(
-            f"{path}: format_version = {content.get('format_version')!r}: "
-            f"this touchdown reads {FORMAT_VERSION}"
-        )
-    try:
-        return [_evaluation_from(entry) for entry in content["pilots"]]
-    except (KeyError, TypeError, ValueError) as error:
-        raise UserError(f"{path}: not an evaluation: {one_line(error)}") from None
-
-
-def _evaluation_from(entry: dict[str, Any]) -> Evaluation:
-    episodes = [EpisodeResult(**episode) for episode in entry["episodes"]]
-    numbers = dict(entry["summary"])
-    numbers["iqm"] = Interval(**numbers["iqm"])
-    return Evaluation(entry["name"], entry["env_id"], episodes, Summary(**numbers))
+    return records.decode_json(path, _EvaluationFile, FORMAT_VERSION).evaluations
 
 
 def median_start(evaluation: Evaluation) -> int:

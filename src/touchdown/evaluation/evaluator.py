@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from touchdown.core.records import Count
 from touchdown.core.types import Outcome, Policy, StepResult
 from touchdown.envs.episodes import Episode, Underway
 from touchdown.envs.outcome import outcome_of
@@ -20,9 +21,9 @@ NUM_ENVS = 32  # environments flown side by side: enough to share the cost of a 
 class EpisodeResult:
     """One episode of an evaluation."""
 
-    seed: int
+    seed: Count
     episode_return: float
-    steps: int
+    steps: Count
     outcome: Outcome
     fuel: float
     """Return points spent on engines; 0 in worlds that are not the lander's."""

@@ -3,7 +3,6 @@
 import json
 from collections.abc import Mapping
 from importlib.metadata import version
-from typing import Any, cast
 
 from touchdown.config import toml
 from touchdown.config.config import Config
@@ -115,26 +114,22 @@ def _how_to_fly(model_file: str, agreement: Agreement | None) -> str:
 
 def _provenance(source: Source) -> str:
     facts = facts_of(source.weights)
-    rows: dict[str, Any] = {
+    rows = {
         "run": source.name,
         "config digest": source.config.digest,
         "training seed": source.config.seed,
-        "trained with": _versions(source.made),
-        "source": source.made.get("git_commit"),
+        "trained with": _versions(source.made.versions),
+        "source": source.made.git_commit,
         "exported with": f"touchdown {version('touchdown')}",
-        "checkpoint": f"after {facts['observations']:,} environment steps"
-        if isinstance(facts.get("observations"), int)
-        else None,
+        "checkpoint": None
+        if facts.env_steps is None
+        else f"after {facts.env_steps:,} environment steps",
     }
     return "\n".join(f"- {name}: {value}" for name, value in rows.items() if value is not None)
 
 
-def _versions(made: Mapping[str, Any]) -> str | None:
-    versions = made.get("versions")
-    if not isinstance(versions, dict):
-        return None
-    known = cast(dict[str, object], versions)
-    return ", ".join(f"{name} {number}" for name, number in known.items())
+def _versions(versions: Mapping[str, str]) -> str | None:
+    return ", ".join(f"{name} {number}" for name, number in versions.items()) or None
 
 
 def _quoted(text: str) -> str:

@@ -1,18 +1,18 @@
 """The policy to export: the best of a run, or one shipped with touchdown."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from touchdown.config import presets
 from touchdown.config.config import Config
-from touchdown.core import files
 from touchdown.core.seeding import TEST_STARTS
 from touchdown.evaluation import evaluation as evaluations
 from touchdown.evaluation.evaluation import Evaluation
 from touchdown.policies import weights as policy_weights
+from touchdown.runs import provenance
 from touchdown.runs import run as runs
+from touchdown.runs.provenance import Provenance
 from touchdown.runs.run import Run
 
 
@@ -24,8 +24,8 @@ class Source:
     weights: Path
     """A file of `policies.weights.save_weights`."""
     config: Config
-    made: Mapping[str, Any]
-    """Versions and commit that it was trained with, as far as they are known; else empty."""
+    made: Provenance
+    """Versions and commit that it was trained with, as far as they are known."""
     evaluate: Callable[[], Evaluation | None]
     """Gives its test flights; None if it has none."""
 
@@ -37,7 +37,7 @@ def of_run(run: Run) -> Source:
         UserError: the run has no weights yet, or broken files.
     """
     weights = runs.best_weights(run.folder)
-    made = files.read_json(run.folder.provenance)
+    made = provenance.read_provenance(run.folder.provenance)
     return Source(run.name, weights, run.config, made, lambda: run.evaluation)
 
 
@@ -47,11 +47,11 @@ def of_shipped(weights: Path) -> Source:
     Raises:
         UserError: the file is broken.
     """
-    _, metadata = files.read_tensors(weights)
-    config = replace(presets.preset(metadata["preset"]), seed=int(metadata["seed"]))
+    preset, seed = policy_weights.origin_of(weights)
+    config = replace(presets.preset(preset), seed=seed)
     starts = TEST_STARTS[: config.training.test_episodes]
 
     def evaluate() -> Evaluation:
         return evaluations.evaluate_policy(policy_weights.load_weights(weights), starts)
 
-    return Source(weights.stem, weights, config, {}, evaluate)
+    return Source(weights.stem, weights, config, Provenance(), evaluate)

@@ -5,10 +5,14 @@ import subprocess
 import sys
 from importlib import metadata
 from pathlib import Path
+from typing import Literal
+
+from msgspec import Struct, field
 
 from touchdown.config.config import Config
-from touchdown.core import device, threads
-from touchdown.lander.engine import engine_in_use
+from touchdown.core import device, records, threads
+from touchdown.core.records import Count
+from touchdown.lander.engine import Engine, engine_in_use
 from touchdown.lander.rules import is_lander
 
 FORMAT_VERSION = 1
@@ -24,23 +28,55 @@ _RECORDED_PACKAGES = (
 )
 
 
-def provenance_of(config: Config) -> dict[str, object]:
-    """Where a run of these settings comes from, as values for JSON."""
-    versions = {name: metadata.version(name) for name in _RECORDED_PACKAGES}
-    return {
-        "format_version": FORMAT_VERSION,
-        "config_digest": config.digest,
-        "seed": config.seed,
-        "python": sys.version.split()[0],
-        "versions": versions,
-        "git_commit": _git_commit(),
-        "platform": platform.platform(),
-        "cpu": cpu_name(),
-        "cpus_available": threads.available(),
-        "engine": engine_in_use() if is_lander(config.env_id) else "gymnasium",
-        "device": device.chosen(),
-        "threads": threads.threads() if device.chosen() == "cpu" else None,
-    }
+class Provenance(Struct, frozen=True, kw_only=True):
+    """`provenance.json`; what a reader does without may be missing."""
+
+    format_version: Literal[1] = FORMAT_VERSION
+    config_digest: str = ""
+    seed: Count = 0
+    """Training seed."""
+    python: str = ""
+    """Its version."""
+    versions: dict[str, str] = field(default_factory=dict[str, str])
+    """Of the packages that results depend on, by name."""
+    git_commit: str | None = None
+    """Of the source; None where it is not in a git repository."""
+    platform: str = ""
+    cpu: str = ""
+    cpus_available: Count = 0
+    """Cores that the run could use."""
+    engine: Engine = "gymnasium"
+    """What simulated the training episodes."""
+    device: str = ""
+    """Where JAX computed."""
+    threads: Count | None = None
+    """That it computed with; None on a GPU, where JAX decides."""
+
+
+def provenance_of(config: Config) -> Provenance:
+    """Where a run of these settings comes from."""
+    return Provenance(
+        config_digest=config.digest,
+        seed=config.seed,
+        python=sys.version.split()[0],
+        versions={name: metadata.version(name) for name in _RECORDED_PACKAGES},
+        git_commit=_git_commit(),
+        platform=platform.platform(),
+        cpu=cpu_name(),
+        cpus_available=threads.available(),
+        engine=engine_in_use() if is_lander(config.env_id) else "gymnasium",
+        device=device.chosen(),
+        threads=threads.threads() if device.chosen() == "cpu" else None,
+    )
+
+
+def read_provenance(path: Path) -> Provenance:
+    """What `folder.create` wrote.
+
+    Raises:
+        UserError: the file is missing, broken or of another version.
+    """
+    return records.decode_json(path, Provenance)
 
 
 def _git_commit() -> str | None:

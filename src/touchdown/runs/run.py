@@ -4,15 +4,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+import msgspec
+
 from touchdown.config.config import Config
-from touchdown.core import files
+from touchdown.core import records
 from touchdown.core.errors import UserError
+from touchdown.core.records import Count, Seconds
 from touchdown.evaluation import evaluation as evaluations
 from touchdown.evaluation.evaluation import Evaluation
 from touchdown.policies.named import NamedPolicy
 from touchdown.policies.weights import load_weights
 from touchdown.runs import folder as folders
 from touchdown.runs.folder import DEFAULT_RUNS, RunFolder
+from touchdown.runs.rows import EpisodeRow
+from touchdown.stats.summary import Summary
 
 CURVE, FLIGHTS, POLICY = "learning-curve.png", "flights.png", "policy.png"
 GIF, MP4 = "landing.gif", "landing.mp4"
@@ -97,29 +102,60 @@ def evaluations_of(run: Run) -> list[Evaluation]:
     return evaluations.read_evaluations(path) if path.is_file() else []
 
 
-def run_facts(run: Run) -> dict[str, Any]:
-    """A run in one JSON object: what `runs` and `show` print.
+class RunFacts(msgspec.Struct, frozen=True, kw_only=True, rename={"env_steps": "observations"}):
+    """A run in short."""
+
+    name: str
+    status: Literal["finished", "unfinished"]
+    preset: str
+    env_id: str
+    seed: Count
+    """Of training."""
+    config_digest: str
+    episodes: Count
+    """Of training, so far."""
+    env_steps: Count
+    seconds: Seconds
+    """Of training."""
+    test: Summary | None
+    """Of the test episodes; None while the run is not finished."""
+
+    def to_json(self) -> dict[str, Any]:
+        """As a JSON object."""
+        return msgspec.to_builtins(self)
+
+
+def describe(run: Run) -> RunFacts:
+    """A run in short: what `runs` and `show` print.
 
     Raises:
         UserError: the run's files are broken.
     """
     config = run.config
     path = run.folder.episodes
-    episodes = files.read_jsonl(path, ("observations", "seconds")) if path.is_file() else []
-    last = episodes[-1] if episodes else {"observations": 0, "seconds": 0.0}
+    episodes = records.decode_jsonl(path, EpisodeRow) if path.is_file() else []
     evaluation = run.evaluation
-    return {
-        "name": run.name,
-        "status": run.status,
-        "preset": config.preset,
-        "env_id": config.env_id,
-        "seed": config.seed,
-        "config_digest": config.digest,
-        "episodes": len(episodes),
-        "observations": last["observations"],
-        "seconds": last["seconds"],
-        "test": evaluation.summary.to_json() if evaluation else None,
-    }
+    return RunFacts(
+        name=run.name,
+        status=run.status,
+        preset=config.preset,
+        env_id=config.env_id,
+        seed=config.seed,
+        config_digest=config.digest,
+        episodes=len(episodes),
+        env_steps=episodes[-1].env_steps if episodes else 0,
+        seconds=episodes[-1].seconds if episodes else 0.0,
+        test=evaluation.summary if evaluation else None,
+    )
+
+
+def run_facts(run: Run) -> dict[str, Any]:
+    """`describe` as a JSON object.
+
+    Raises:
+        UserError: the run's files are broken.
+    """
+    return describe(run).to_json()
 
 
 def list_runs(runs_dir: Path | str = DEFAULT_RUNS) -> list[Run]:

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from touchdown.config.config import Config
-from touchdown.core import device, files, threads
-from touchdown.core.errors import Interrupted
+from touchdown.core import device, records, threads
+from touchdown.core.errors import Interrupted, UserError
 from touchdown.core.seeding import VALIDATION_STARTS
 from touchdown.evaluation.evaluator import Evaluator
 from touchdown.lander import engine as engines
@@ -22,6 +22,7 @@ from touchdown.lander import rules
 from touchdown.policies import lookup
 from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
+from touchdown.runs.rows import EpisodeRow
 from touchdown.studies.store import Store
 from touchdown.studies.tuners import Tuning
 from touchdown.studies.work import PidJob, TrainJob
@@ -161,8 +162,10 @@ def _known_paces(done: Sequence[TrainJob], store: Store) -> dict[Kind, _Pace]:
         kind = kind_of(job.config)
         if kind not in paces:
             path = RunFolder(store.runs / job.digest).episodes
-            last = files.read_jsonl(path, ("observations", "seconds"))[-1]
-            paces[kind] = _Pace(last["observations"] / max(last["seconds"], 1e-9), validated=True)
+            rows = records.decode_jsonl(path, EpisodeRow)
+            if not rows:
+                raise UserError(f"{path}: has no episodes, though its run is finished")
+            paces[kind] = _Pace(rows[-1].env_steps / max(rows[-1].seconds, 1e-9), validated=True)
     return paces
 
 

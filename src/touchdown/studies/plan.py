@@ -4,19 +4,21 @@ import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Annotated, Any, cast
+
+import msgspec
+from msgspec import Meta, Struct
 
 from touchdown.config import presets, toml
 from touchdown.config.checks import is_plain_name
 from touchdown.config.config import Config
+from touchdown.core import records
 from touchdown.core.errors import UserError, one_line
 
 FORMAT_VERSION = 1
 MOST_SEEDS = 10_000
 """Seeds from here on are for tuning, and never reported."""
 _MOST_RUNS = 100_000
-_STUDY_FIELDS = ("format_version", "name", "title", "question", "base", "seeds", "config", "factor")
-_FACTOR_FIELDS = ("name", "field", "values", "level")
 
 Changes = Mapping[str, Any]
 """What a config is changed by: of a section by a mapping, of the top by a value; `preset` begins
@@ -172,6 +174,36 @@ def levels_of(field_name: str, values: Sequence[Any]) -> tuple[Level, ...]:
     )
 
 
+class _FactorTable(Struct, frozen=True, forbid_unknown_fields=True):
+    """`[[factor]]` of a study file."""
+
+    name: str = ""
+    field: Annotated[str, Meta(title="a field such as 'learning.gamma'")] = ""
+    values: Annotated[list[Any], Meta(title="a list of values")] = msgspec.field(
+        default_factory=list[Any]
+    )
+    level: Annotated[list[dict[str, Any]], Meta(title="tables [[factor.level]]")] = msgspec.field(
+        default_factory=list[dict[str, Any]]
+    )
+
+
+class _StudyFile(Struct, frozen=True, forbid_unknown_fields=True):
+    """A study file."""
+
+    format_version: Any = FORMAT_VERSION
+    name: str = ""
+    title: str = ""
+    question: str = ""
+    base: Annotated[str, Meta(title="a preset's name")] = "paper-best"
+    seeds: int = 5
+    config: Annotated[dict[str, Any], Meta(title="a table [config]")] = msgspec.field(
+        default_factory=dict[str, Any]
+    )
+    factor: Annotated[list[_FactorTable], Meta(title="tables [[factor]]")] = msgspec.field(
+        default_factory=list[_FactorTable]
+    )
+
+
 def from_toml(path: Path) -> Study:
     """The study in a TOML file.
 
@@ -179,65 +211,40 @@ def from_toml(path: Path) -> Study:
         UserError: an unreadable file, an unknown field, an empty factor, a value that the config
             refuses, another format version.
     """
-    values = toml.read_toml(path)
-    _refuse_unknown(values, _STUDY_FIELDS, str(path))
-    version = values.get("format_version", FORMAT_VERSION)
-    if version != FORMAT_VERSION:
+    file = records.convert(toml.read_toml(path), _StudyFile, path)
+    if file.format_version != FORMAT_VERSION:
         raise UserError(
-            f"{path}: format_version = {version!r}: this touchdown reads {FORMAT_VERSION}"
+            f"{path}: format_version = {file.format_version!r}: this touchdown reads "
+            f"{FORMAT_VERSION}"
         )
-    tables: list[Any] = _typed(values, "factor", list, "tables [[factor]]", path) or []
     try:
         return Study(
-            name=_typed(values, "name", str, "a string", path) or path.stem,
-            title=_typed(values, "title", str, "a string", path) or "",
-            question=_typed(values, "question", str, "a string", path) or "",
-            base=_typed(values, "base", str, "a preset's name", path) or "paper-best",
-            seeds=_typed(values, "seeds", int, "a whole number", path) or 5,
-            changes=_typed(values, "config", dict, "a table [config]", path) or {},
-            factors=tuple(_factor_from(table, path) for table in tables),
+            name=file.name or path.stem,
+            title=file.title,
+            question=file.question,
+            base=file.base,
+            seeds=file.seeds,
+            changes=file.config,
+            factors=tuple(map(_factor_from, file.factor)),
         )
     except UserError as error:
-        said = one_line(error)
-        raise UserError(said if said.startswith(str(path)) else f"{path}: {said}") from None
+        raise UserError(f"{path}: {one_line(error)}") from None
 
 
-def _factor_from(table: Any, path: Path) -> Factor:
-    if not isinstance(table, dict):
-        raise UserError(f"{path}: factor = {table!r}: must be a table [[factor]]")
-    values = cast(dict[str, Any], table)
-    where = f"{path} [[factor]]"
-    _refuse_unknown(values, _FACTOR_FIELDS, where)
-    field_name = _typed(values, "field", str, "a field such as 'learning.gamma'", path)
-    name = _typed(values, "name", str, "a string", path) or field_name
-    if field_name:
-        given: list[Any] = _typed(values, "values", list, "a list of values", path) or []
-        return Factor(name or field_name, levels_of(field_name, given))
-    levels: list[Any] = _typed(values, "level", list, "tables [[factor.level]]", path) or []
-    if not name:
-        raise UserError(f"{where}: must have a field, or a name and [[factor.level]]")
-    return Factor(name, tuple(_level_from(level, where) for level in levels))
+def _factor_from(table: _FactorTable) -> Factor:
+    if table.field:
+        return Factor(table.name or table.field, levels_of(table.field, table.values))
+    if not table.name:
+        raise UserError("[[factor]]: must have a field, or a name and [[factor.level]]")
+    return Factor(table.name, tuple(map(_level_from, table.level)))
 
 
-def _level_from(table: Any, where: str) -> Level:
-    values = cast(dict[str, Any], table) if isinstance(table, dict) else {}
-    if not isinstance(values.get("label"), str):
-        raise UserError(f"{where}: level = {table!r}: must be a table with a label")
-    changes = {name: value for name, value in values.items() if name != "label"}
-    return Level(values["label"], changes)
-
-
-def _typed(values: Changes, name: str, kind: type[Any], wanted: str, path: Path) -> Any:
-    value = values.get(name)
-    if value is not None and (not isinstance(value, kind) or isinstance(value, bool)):
-        raise UserError(f"{path}: {name} = {value!r}: must be {wanted}")
-    return value
-
-
-def _refuse_unknown(values: Changes, known: Sequence[str], where: str) -> None:
-    for name in values:
-        if name not in known:
-            raise UserError(f"{where}: unknown field {name!r}; known: {', '.join(known)}")
+def _level_from(table: dict[str, Any]) -> Level:
+    label = table.get("label")
+    if not isinstance(label, str):
+        raise UserError(f"[[factor]]: level = {table!r}: must be a table with a label")
+    changes = {name: value for name, value in table.items() if name != "label"}
+    return Level(label, changes)
 
 
 def _label(value: Any) -> str:

@@ -9,15 +9,18 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from touchdown.core import files
+from touchdown.core import records
+from touchdown.core.errors import UserError
 from touchdown.core.types import FloatArray
 from touchdown.envs.outcome import threshold_of
 from touchdown.evaluation.evaluation import Evaluation, read_evaluations
 from touchdown.runs.folder import RunFolder
+from touchdown.runs.rows import EpisodeRow, ValidationRow
 from touchdown.runs.run import Run
 from touchdown.stats import curves
 from touchdown.studies.plan import Study
 from touchdown.studies.store import Store
+from touchdown.studies.tuners import Tuned
 from touchdown.studies.work import GAINS, LAST, PidJob
 
 METRICS = {
@@ -152,16 +155,20 @@ def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
     folder = RunFolder(path)
     chosen = read_evaluations(folder.evaluation)[0]
     last = read_evaluations(path / LAST)[0] if (path / LAST).is_file() else chosen
-    episodes = files.read_jsonl(folder.episodes, ("observations", "seconds", "outcome"))
-    looks = files.read_jsonl(folder.validations, ("observations", "mean_return"))
-    at = [float(row["observations"]) for row in looks]
-    means = [float(row["mean_return"]) for row in looks]
-    ends = np.array([row["observations"] for row in episodes], float)
-    timed_out = [row["outcome"] == "timed out" for row in episodes]
+    episodes = records.decode_jsonl(folder.episodes, EpisodeRow)
+    validations = records.decode_jsonl(folder.validations, ValidationRow)
+    if not episodes or not episodes[-1].env_steps:
+        raise UserError(f"{folder.episodes}: has no steps, though its run is finished")
+    if not validations:
+        raise UserError(f"{folder.validations}: is empty, though its run is finished")
+    at = [float(row.env_steps) for row in validations]
+    means = [row.mean_return for row in validations]
+    ends = np.array([row.env_steps for row in episodes], float)
+    timed_out = [row.outcome == "timed out" for row in episodes]
     threshold = threshold_of(chosen.env_id)
     solved = math.inf if threshold is None else curves.first_reaching(at, means, threshold)
     until = float(ends[-1])
-    seconds = [float(row["seconds"]) for row in episodes]
+    seconds = [row.seconds for row in episodes]
     return RunResult(
         path=path,
         labels=labels,
@@ -218,11 +225,9 @@ def read_pid(jobs: Sequence[PidJob], store: Store) -> list[PidResult]:
         folder = store.runs / job.digest
         if not job.is_done(store.runs):
             continue
-        told = files.read_json(folder / "tuning.json")
+        tuned = records.decode_json(folder / "tuning.json", Tuned)
         test = read_evaluations(folder / "evaluation.json")[0]
-        found.append(
-            PidResult(job, told["best_return"], tuple(told["history"]), test, folder / GAINS)
-        )
+        found.append(PidResult(job, tuned.best_return, tuned.history, test, folder / GAINS))
     return found
 
 

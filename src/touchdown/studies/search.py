@@ -225,8 +225,7 @@ def _return_of(job: TrainJob, store: Store, *, failed: bool) -> float:
     """What a run came to on validation starts; one that diverged is worth what nobody wants."""
     if failed:
         return -1_000.0
-    facts = policy_weights.facts_of(RunFolder(store.runs / job.digest).best)
-    return float(facts["final_validation_return"])
+    return policy_weights.final_return_of(RunFolder(store.runs / job.digest).best)
 
 
 def _found(study: optuna.Study, base: Config, space: Mapping[str, Range | Choice]) -> Searched:

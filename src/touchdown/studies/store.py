@@ -5,17 +5,32 @@ from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Literal, TypeVar
 
-from touchdown.core import files
+from msgspec import Meta, Struct
+
+from touchdown.core import files, records
 from touchdown.core.errors import UserError, one_line
 from touchdown.studies.job import Job
+from touchdown.studies.plan import MOST_SEEDS
 
 SomeJob = TypeVar("SomeJob", bound=Job)
 
 FORMAT_VERSION = 1
 DEFAULT_RESULTS = Path("runs") / "studies"
 _MARK = "studies.json"
+
+
+class _Mark(Struct, frozen=True):
+    """`studies.json`."""
+
+    format_version: Literal[1] = FORMAT_VERSION
+
+
+class _Failure(Struct, frozen=True):
+    """`failed/<digest>.json`."""
+
+    reason: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,12 +59,12 @@ class Store:
         if not self.failures.is_dir():
             return {}
         found = sorted(self.failures.glob("*.json"))
-        return {path.stem: str(files.read_json(path).get("reason", "")) for path in found}
+        return {path.stem: records.decode_json(path, _Failure).reason for path in found}
 
     def note_failure(self, digest: str, reason: str) -> None:
         """Remember why a job failed."""
         self.failures.mkdir(exist_ok=True)
-        files.write_atomic(self.failures / f"{digest}.json", files.to_json({"reason": reason}))
+        files.write_atomic(self.failures / f"{digest}.json", files.to_json(_Failure(reason)))
 
     def forget_failure(self, digest: str) -> None:
         """It is being tried again, or done."""
@@ -68,12 +83,10 @@ def open_store(path: Path, *, make: bool = False) -> Store:
     """
     mark = path / _MARK
     if mark.is_file():
-        version = files.read_json(mark).get("format_version")
-        if version != FORMAT_VERSION:
-            raise UserError(
-                f"{mark}: format_version = {version!r}: this touchdown reads {FORMAT_VERSION}; "
-                "choose another --results-dir"
-            )
+        try:
+            records.decode_json(mark, _Mark, FORMAT_VERSION)
+        except UserError as error:
+            raise UserError(f"{error}; choose another --results-dir") from None
         return Store(path)
     if not make:
         raise UserError(
@@ -89,7 +102,7 @@ def open_store(path: Path, *, make: bool = False) -> Store:
     with files.refusing(f"results_dir {str(path)!r}"):
         path.mkdir(parents=True, exist_ok=True)
         (path / "runs").mkdir(exist_ok=True)
-        files.write_atomic(mark, files.to_json({"format_version": FORMAT_VERSION}))
+        files.write_atomic(mark, files.to_json(_Mark()))
     return Store(path)
 
 
@@ -110,6 +123,14 @@ def held(store: Store) -> Generator[None]:
         yield
 
 
+class _BegunFile(Struct, frozen=True):
+    """`begun/<name>.json`."""
+
+    scale: str
+    seeds: Annotated[int, Meta(ge=0, le=MOST_SEEDS)]
+    file: str | None
+
+
 @dataclass(frozen=True, slots=True)
 class Begun:
     """A study as it was last run: what `status` and `report` take where they are told nothing."""
@@ -125,7 +146,7 @@ def note_begun(store: Store, begun: Begun) -> None:
     """Remember how a study was last run."""
     folder = store.path / "begun"
     folder.mkdir(exist_ok=True)
-    content = {"scale": begun.scale, "seeds": begun.seeds, "file": begun.file}
+    content = _BegunFile(begun.scale, begun.seeds, begun.file)
     files.write_atomic(folder / f"{begun.name}.json", files.to_json(content))
 
 
@@ -139,8 +160,5 @@ def list_begun(store: Store) -> list[Begun]:
 
 
 def _read_begun(path: Path) -> Begun:
-    content: dict[str, Any] = files.read_json(path)
-    try:
-        return Begun(path.stem, content["scale"], int(content["seeds"]), content["file"])
-    except (KeyError, TypeError, ValueError) as error:
-        raise UserError(f"{path}: not a study's record: {one_line(error)}") from None
+    found = records.decode_json(path, _BegunFile)
+    return Begun(path.stem, found.scale, found.seeds, found.file)

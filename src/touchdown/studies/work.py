@@ -15,6 +15,7 @@ from touchdown.evaluation import evaluation as evaluations
 from touchdown.evaluation.evaluator import Evaluator
 from touchdown.policies import lookup
 from touchdown.policies import weights as policy_weights
+from touchdown.policies.facts import WeightsFacts
 from touchdown.policies.named import NamedPolicy
 from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
@@ -84,7 +85,7 @@ def _test(run: Run, last: NamedPolicy, should_stop: Callable[[], bool]) -> None:
             raise Interrupted
         if not (run.path / LAST).is_file():
             flown = evaluations.evaluate_policy(last, starts, evaluator=evaluator)
-            evaluations.write_evaluations(run.path / LAST, [flown], {})
+            evaluations.write_evaluations(run.path / LAST, [flown], WeightsFacts())
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,4 +124,4 @@ class PidJob:
         files.write_atomic(folder / GAINS, found.to_toml())
         policy = lookup.load(str(folder / GAINS))
         flown = evaluations.evaluate_policy(policy, TEST_STARTS[: self.tuning.test_episodes])
-        evaluations.write_evaluations(folder / "evaluation.json", [flown], {})
+        evaluations.write_evaluations(folder / "evaluation.json", [flown], WeightsFacts())

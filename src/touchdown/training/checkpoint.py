@@ -3,7 +3,7 @@
 import hashlib
 import shutil
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +11,18 @@ from numpy.typing import NDArray
 from safetensors.numpy import save
 
 from touchdown.agents.agent import Agent
-from touchdown.core import files
+from touchdown.core import files, records
 from touchdown.core.errors import UserError, one_line
 from touchdown.core.files import Tensors
 from touchdown.core.seeding import Streams
 from touchdown.envs.episodes import Episode
-
-FORMAT_VERSION = 2
+from touchdown.training.state import (
+    FORMAT_VERSION,
+    CandidateState,
+    CheckpointState,
+    GeneratorState,
+    Solved,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,18 +32,6 @@ class Candidate:
     observations: int
     validation_return: float
     params: NDArray[np.float32]
-
-
-@dataclass(frozen=True, slots=True)
-class Solved:
-    """A policy that validation starts leave no doubt about."""
-
-    seconds: float
-    """Of training until this was known, all validation flights counted."""
-    mean_return: float
-    """On fresh validation starts."""
-    episodes: int
-    """Those starts."""
 
 
 @dataclass(slots=True)
@@ -87,27 +80,26 @@ def save_checkpoint(
             data = save(group)
             digests[name] = hashlib.sha256(data).hexdigest()
             (temporary / f"{name}.safetensors").write_bytes(data)
-        state = {
-            "format_version": FORMAT_VERSION,
-            "config_digest": digest,
-            "episodes": progress.episodes,
-            "agent": agent.facts(),
-            "next_validation": progress.next_validation,
-            "seconds": progress.seconds,
-            "trained": progress.trained,
-            "finished": progress.finished,
-            "solved": progress.solved and asdict(progress.solved),
-            "underway": [episode.number for episode in episodes],
-            "finalists": [
-                {"observations": f.observations, "validation_return": f.validation_return}
+        state = CheckpointState(
+            config_digest=digest,
+            episodes=progress.episodes,
+            agent=agent.facts(),
+            next_validation=progress.next_validation,
+            seconds=progress.seconds,
+            trained=progress.trained,
+            finished=progress.finished,
+            solved=progress.solved,
+            underway=[episode.number for episode in episodes],
+            candidates=[
+                CandidateState(env_steps=f.observations, validation_return=f.validation_return)
                 for f in progress.candidates
             ],
-            "streams": {
-                name: generator.bit_generator.state for name, generator in streams._asdict().items()
+            streams={
+                name: GeneratorState.of(generator) for name, generator in streams._asdict().items()
             },
-            "record_sizes": progress.record_sizes,
-            "sha256": digests,
-        }
+            record_sizes=progress.record_sizes,
+            sha256=digests,
+        )
         (temporary / "state.json").write_text(files.to_json(state), "utf-8")
 
     files.write_folder_atomic(path, write)
@@ -128,45 +120,29 @@ def restore_checkpoint(path: Path, digest: str, agent: Agent, streams: Streams) 
     Raises:
         UserError: the checkpoint is cut off, altered, of another config or another version.
     """
-    state = files.read_json(path / "state.json")
-    if state.get("format_version") != FORMAT_VERSION:
+    state = records.decode_json(path / "state.json", CheckpointState, FORMAT_VERSION)
+    if state.config_digest != digest:
         raise UserError(
-            f"{path}: format_version = {state.get('format_version')!r}: "
-            f"this touchdown reads {FORMAT_VERSION}"
+            f"{path}: belongs to config {state.config_digest!r}, this run's is {digest!r}"
         )
-    if state.get("config_digest") != digest:
-        raise UserError(
-            f"{path}: belongs to config {state.get('config_digest')!r}, this run's is {digest!r}"
-        )
+    groups = {
+        name: files.read_tensors(path / f"{name}.safetensors", sha256)[0]
+        for name, sha256 in state.sha256.items()
+    }
     try:
-        groups = {
-            name: files.read_tensors(path / f"{name}.safetensors", digest)[0]
-            for name, digest in state["sha256"].items()
-        }
-        agent.restore(groups, state["agent"])
+        agent.restore(groups, state.agent)
         for name, generator in streams._asdict().items():
-            generator.bit_generator.state = state["streams"][name]
-        candidates = [
-            Candidate(
-                f["observations"],
-                f["validation_return"],
-                groups["finalists"][str(f["observations"])],
-            )
-            for f in state["finalists"]
-        ]
+            state.streams[name].restore(generator)
         return Progress(
-            episodes=state["episodes"],
-            next_validation=state["next_validation"],
-            seconds=state["seconds"],
-            trained=state["trained"],
-            finished=state["finished"],
-            solved=state["solved"] and Solved(**state["solved"]),
-            underway=[
-                _episode_from(number, index, groups["underway"])
-                for index, number in enumerate(state["underway"])
-            ],
-            candidates=candidates,
-            record_sizes=dict(state["record_sizes"]),
+            episodes=state.episodes,
+            next_validation=state.next_validation,
+            seconds=state.seconds,
+            trained=state.trained,
+            finished=state.finished,
+            solved=state.solved,
+            underway=_underway_from(state.underway, groups["underway"]),
+            candidates=_candidates_from(state.candidates, groups["finalists"]),
+            record_sizes=state.record_sizes,
         )
     except (KeyError, TypeError, ValueError) as error:
         raise UserError(f"{path}: not a checkpoint of this run: {one_line(error)}") from None
@@ -180,9 +156,22 @@ def _underway_tensors(episodes: Sequence[Episode]) -> Tensors:
     return tensors
 
 
-def _episode_from(number: int, index: int, tensors: Tensors) -> Episode:
-    actions = tensors[f"{index}.actions"].tolist()
-    return Episode(number, tensors[f"{index}.observation"], actions)
+def _underway_from(numbers: Sequence[int], tensors: Tensors) -> list[Episode]:
+    if len(tensors) != 2 * len(numbers):
+        raise ValueError(f"{len(numbers)} episodes under way, their file has {len(tensors) // 2}")
+    return [
+        Episode(number, tensors[f"{index}.observation"], tensors[f"{index}.actions"].tolist())
+        for index, number in enumerate(numbers)
+    ]
+
+
+def _candidates_from(states: Sequence[CandidateState], tensors: Tensors) -> list[Candidate]:
+    if len(tensors) != len(states):
+        raise ValueError(f"{len(states)} finalists, their file has {len(tensors)}")
+    return [
+        Candidate(each.env_steps, each.validation_return, tensors[str(each.env_steps)])
+        for each in states
+    ]
 
 
 def _checkpoints(folder: Path) -> list[Path]:

@@ -1,9 +1,12 @@
 """A run's learning curve, the last file that a run writes."""
 
-from touchdown.core import files
+import msgspec
+
+from touchdown.core import records
 from touchdown.envs import outcome
 from touchdown.figures import curve
 from touchdown.policies import weights as policy_weights
+from touchdown.runs.rows import EpisodeRow, ValidationRow
 from touchdown.runs.run import CURVE, Run
 
 
@@ -19,9 +22,9 @@ def save(run: Run, title: str) -> None:
     """
     curve.save_learning_curve(
         run.path / CURVE,
-        files.read_jsonl(run.folder.episodes),
-        files.read_jsonl(run.folder.validations),
-        int(policy_weights.facts_of(run.folder.best)["observations"]),
+        msgspec.to_builtins(records.decode_jsonl(run.folder.episodes, EpisodeRow)),
+        msgspec.to_builtins(records.decode_jsonl(run.folder.validations, ValidationRow)),
+        policy_weights.facts_of(run.folder.best).env_steps,
         title,
         threshold=outcome.threshold_of(run.config.env_id),
     )

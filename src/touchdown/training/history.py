@@ -4,12 +4,13 @@ from collections import deque
 
 import numpy as np
 
-from touchdown.core import files
+from touchdown.core import records
 from touchdown.core.errors import UserError
 from touchdown.core.types import Outcome
 from touchdown.envs.episodes import Episode
 from touchdown.evaluation.evaluator import EpisodeResult
 from touchdown.runs.folder import RunFolder
+from touchdown.runs.rows import EpisodeRow, UpdateRow, ValidationRow
 from touchdown.training.loggers import Recorder
 
 RECENT = 100
@@ -27,9 +28,9 @@ class History:
     def __init__(self, folder: RunFolder, recorder: Recorder) -> None:
         self._folder = folder
         self._recorder = recorder
-        rows = files.read_jsonl(folder.episodes, ("episode_return", "outcome"))[-RECENT:]
-        self._returns = deque((float(row["episode_return"]) for row in rows), RECENT)
-        self._timed_out = deque((row["outcome"] == "timed out" for row in rows), RECENT)
+        rows = records.decode_jsonl(folder.episodes, EpisodeRow)[-RECENT:]
+        self._returns = deque((row.episode_return for row in rows), RECENT)
+        self._timed_out = deque((row.outcome == "timed out" for row in rows), RECENT)
         self.last_loss: float | None = None
 
     @property
@@ -65,15 +66,15 @@ class History:
         steps = len(episode.actions)
         self._returns.append(episode.episode_return)
         self._timed_out.append(outcome == "timed out")
-        row = {
-            "episode": number,
-            "observations": env_steps,
-            "episode_return": episode.episode_return,
-            "steps": steps,
-            "outcome": outcome,
-            "epsilon": epsilon,
-            "seconds": round(seconds, 3),
-        }
+        row = EpisodeRow(
+            episode=number,
+            env_steps=env_steps,
+            episode_return=episode.episode_return,
+            steps=steps,
+            outcome=outcome,
+            epsilon=epsilon,
+            seconds=round(seconds, 3),
+        )
         scalars = {
             "rollout/ep_rew": episode.episode_return,
             "rollout/ep_rew_mean": self.recent_return,
@@ -99,7 +100,7 @@ class History:
                 f"update {updates} (loss {metrics['loss']}, mean Q {metrics['mean_q']}); "
                 "a lower learning_rate, a max_grad_norm or a smaller reward_scale would help"
             )
-        row = {"update": updates, "observations": env_steps, **metrics}
+        row = UpdateRow(update=updates, env_steps=env_steps, metrics=metrics)
         scalars = {f"train/{name}": value for name, value in metrics.items()}
         self._recorder.write(self._folder.updates, row, scalars)
 
@@ -107,11 +108,11 @@ class History:
         self, results: list[EpisodeResult], mean_return: float, *, episode: int, env_steps: int
     ) -> None:
         """Record the greedy episodes from the validation starts."""
-        row = {
-            "observations": env_steps,
-            "episode": episode,
-            "mean_return": mean_return,
-            "returns": [result.episode_return for result in results],
-            "time_limit_share": float(np.mean([r.outcome == "timed out" for r in results])),
-        }
+        row = ValidationRow(
+            env_steps=env_steps,
+            episode=episode,
+            mean_return=mean_return,
+            returns=[result.episode_return for result in results],
+            time_limit_share=float(np.mean([r.outcome == "timed out" for r in results])),
+        )
         self._recorder.write(self._folder.validations, row, {"eval/mean_reward": mean_return})

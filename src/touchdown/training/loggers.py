@@ -1,6 +1,5 @@
 """What a run writes down as it goes: JSON Lines, and the same for TensorBoard."""
 
-import json
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,7 +9,9 @@ from tensorboardX.event_file_writer import EventsWriter
 from tensorboardX.proto import event_pb2
 from tensorboardX.summary import scalar  # pyright: ignore[reportUnknownVariableType]
 
+from touchdown.core import files
 from touchdown.runs.folder import RunFolder
+from touchdown.runs.rows import EpisodeRow, UpdateRow, ValidationRow
 
 _EVENTS = "events.out.tfevents.*"
 
@@ -37,21 +38,26 @@ class Recorder:
         self._events_suffix = f".{events_kept}"
         self._events: EventsWriter | None = None  # made when there is something to write
 
-    def write(self, path: Path, row: Mapping[str, Any], scalars: Mapping[str, float]) -> None:
+    def write(
+        self,
+        path: Path,
+        row: EpisodeRow | UpdateRow | ValidationRow,
+        scalars: Mapping[str, float],
+    ) -> None:
         """Append one line, and its numbers for TensorBoard.
 
         Args:
             path: one of the folder's JSON Lines files.
             row: the line.
-            scalars: by TensorBoard's tag, at `row["observations"]`.
+            scalars: by TensorBoard's tag, at `row.env_steps`.
         """
         file = self._lines[path.name]
-        file.write(json.dumps(row, ensure_ascii=False, allow_nan=False).encode() + b"\n")
+        file.write(files.to_json_line(row.to_json() if isinstance(row, UpdateRow) else row))
         file.flush()
         if self._events is None:
             self._events = EventsWriter(str(self._folder / "events"), self._events_suffix)
         for tag, value in scalars.items():
-            event = cast(Any, event_pb2).Event(wall_time=time.time(), step=row["observations"])
+            event = cast(Any, event_pb2).Event(wall_time=time.time(), step=row.env_steps)
             event.summary.MergeFrom(scalar(tag, value))
             self._events.write_event(event)
 

@@ -1,7 +1,6 @@
 """Choosing the result of a training run: validation, candidates, and the final choice."""
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from touchdown.core.seeding import VALIDATION_STARTS
 from touchdown.core.types import FloatArray
 from touchdown.envs.outcome import threshold_of
 from touchdown.evaluation.evaluator import EpisodeResult, Evaluator
+from touchdown.policies.facts import WeightsFacts
 from touchdown.policies.weights import save_weights
 from touchdown.runs.folder import RunFolder
 from touchdown.training.checkpoint import Candidate, Progress, Solved
@@ -88,7 +88,7 @@ class Selection:
         candidates.sort(key=lambda each: -each.validation_return)
         progress.candidates = candidates[: training.candidate_checkpoints]
         if mean > best_so_far:
-            self._write_best(progress.candidates[0], {"validation_return": mean})
+            self._write_best(progress.candidates[0])
         if self._threshold is not None and mean >= self._threshold:
             self._stop_if_sure(candidate, self._threshold, seconds)
 
@@ -155,22 +155,23 @@ class Selection:
         return VALIDATION_STARTS[first : first + training.final_validation_episodes]
 
     def _write_result(self, best: Candidate, mean: float) -> None:
-        facts: dict[str, Any] = {
-            "validation_return": best.validation_return,
-            "final_validation_return": mean,
-        }
-        if self._progress.solved is not None:
-            facts["solved_seconds"] = round(self._progress.solved.seconds, 3)
-        self._write_best(best, facts)
+        solved = self._progress.solved
+        seconds = None if solved is None else round(solved.seconds, 3)
+        self._write_best(best, final_validation_return=mean, solved_seconds=seconds)
 
-    def _write_best(self, candidate: Candidate, facts: dict[str, Any]) -> None:
-        save_weights(
-            self._folder.best,
-            self._agent.model,
-            candidate.params,
-            {"observations": candidate.observations, **facts},
-            self._config,
+    def _write_best(
+        self,
+        candidate: Candidate,
+        final_validation_return: float | None = None,
+        solved_seconds: float | None = None,
+    ) -> None:
+        facts = WeightsFacts(
+            env_steps=candidate.observations,
+            validation_return=candidate.validation_return,
+            final_validation_return=final_validation_return,
+            solved_seconds=solved_seconds,
         )
+        save_weights(self._folder.best, self._agent.model, candidate.params, facts, self._config)
 
 
 def _mean_return(results: list[EpisodeResult]) -> float:

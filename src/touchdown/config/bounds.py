@@ -1,0 +1,24 @@
+"""Types of a config's numbers: what they may be, and how a refusal says it."""
+
+from typing import Annotated
+
+from msgspec import Meta
+
+MOST_STEPS = 2**31 - 1
+"""Updates that optax counts, in 32 bits."""
+# Above these a setting is a slip of the finger, and would end in a system without memory.
+MOST_NODES = 100_000
+MOST_TRANSITIONS = 1_000_000_000
+MOST_RESAVES = 1_000_000
+MOST_N_STEP = 1_000
+MOST_ENVS = 10_000
+
+Share = Annotated[float, Meta(ge=0, le=1)]
+Positive = Annotated[float, Meta(gt=0)]
+NonNegative = Annotated[float, Meta(ge=0)]
+AtLeastOne = Annotated[int, Meta(ge=1)]
+Steps = Annotated[int, Meta(ge=0, le=MOST_STEPS)]
+NumEnvs = Annotated[int, Meta(ge=1, le=MOST_ENVS)]
+Transitions = Annotated[
+    int, Meta(ge=1, le=MOST_TRANSITIONS, description=f"from 1 to {MOST_TRANSITIONS} transitions")
+]

@@ -1,0 +1,158 @@
+"""Reading what is on disk into typed records: a wrong value is refused in one line that names it.
+
+A record is a `msgspec.Struct` or a frozen dataclass. Its fields have the names that stand in the
+file, or are renamed to them; fields that it does not know are passed over, so that what a later
+version adds does no harm.
+"""
+
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any, TypeVar, cast
+
+import msgspec
+
+from touchdown.core.complaints import complaint
+from touchdown.core.errors import UserError, one_line
+
+Record = TypeVar("Record")
+
+Count = Annotated[int, msgspec.Meta(ge=0, le=2**63 - 1, description="from 0 to 2**63 - 1")]
+"""A whole number that NumPy can hold."""
+Seconds = Annotated[float, msgspec.Meta(ge=0)]
+Share = Annotated[float, msgspec.Meta(ge=0, le=1)]
+
+
+class _Versioned(msgspec.Struct):
+    format_version: Any = None
+
+
+def decode(data: bytes | str, kind: type[Record], where: object) -> Record:
+    """A record from JSON.
+
+    Args:
+        data: the text.
+        kind: the record's type.
+        where: named in errors, such as the file's path.
+
+    Raises:
+        UserError: the text is no JSON, or a value in it is wrong.
+    """
+    try:
+        return _decoder(kind).decode(data)
+    except (ValueError, RecursionError) as error:
+        raise UserError(f"{where}: {_what_is_wrong(data, kind, error)}") from None
+
+
+def convert(value: object, kind: type[Record], where: object) -> Record:
+    """A record from plain values, such as those of a TOML file.
+
+    Args:
+        value: the values.
+        kind: the record's type.
+        where: named in errors, such as the file's path.
+
+    Raises:
+        UserError: a value is wrong.
+    """
+    try:
+        return msgspec.convert(value, kind)
+    except msgspec.ValidationError as error:
+        raise UserError(f"{where}: {complaint(value, kind) or one_line(error)}") from None
+
+
+def check(value: object, kind: Any, name: str) -> None:
+    """Refuse a value that is not of a type.
+
+    Args:
+        value: of plain types.
+        kind: the type.
+        name: of the value.
+
+    Raises:
+        ValueError: something is wrong with it.
+    """
+    if said := complaint(value, kind, name):
+        raise ValueError(said)
+
+
+def decode_json(path: Path, kind: type[Record], version: int | None = None) -> Record:
+    """The record in a JSON file.
+
+    Args:
+        path: of the file.
+        kind: the record's type.
+        version: its `format_version` must be this; None takes any.
+
+    Raises:
+        UserError: the file is missing, cut off or of another version, or a value in it is wrong.
+    """
+    data = _read(path)
+    if version is not None:
+        found = decode(data, _Versioned, path).format_version
+        if found != version or isinstance(found, bool):
+            raise UserError(f"{path}: format_version = {found!r}: this touchdown reads {version}")
+    return decode(data, kind, path)
+
+
+def decode_jsonl(path: Path, kind: type[Record]) -> list[Record]:
+    """The records of a JSON Lines file; a last line without its newline is still being written.
+
+    Args:
+        path: of the file.
+        kind: the type of a line's record.
+
+    Raises:
+        UserError: the file is missing, or a whole line is no such record.
+    """
+    data = _read(path)
+    whole = data[: data.rfind(b"\n") + 1]
+    try:
+        records = cast(list[Record], _decoder(kind).decode_lines(whole))
+    except (ValueError, RecursionError):
+        records = None
+    # as many records as lines: none is empty, and none holds two
+    if records is not None and len(records) == whole.count(b"\n"):
+        return records
+    return _line_by_line(path, whole.split(b"\n")[:-1], kind)
+
+
+def _line_by_line(path: Path, lines: Sequence[bytes], kind: type[Record]) -> list[Record]:
+    records: list[Record] = []
+    for number, line in enumerate(lines, start=1):
+        try:
+            records.append(_decoder(kind).decode(line))
+        except (ValueError, RecursionError) as error:
+            raw = _untyped(line)
+            if not isinstance(raw, dict):
+                raise UserError(f"{path}: line {number} is not a JSON object") from None
+            said = _what_is_wrong(line, kind, error)
+            raise UserError(f"{path}: line {number}: {said}") from None
+    return records
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
+
+
+@cache
+def _decoder(kind: type[Record]) -> msgspec.json.Decoder[Record]:
+    return msgspec.json.Decoder(kind)
+
+
+def _untyped(data: bytes | str) -> object:
+    try:
+        return msgspec.json.decode(data)
+    except (ValueError, RecursionError):
+        return None
+
+
+def _what_is_wrong(data: bytes | str, kind: type[Any], error: BaseException) -> str:
+    try:
+        value = msgspec.json.decode(data)
+    except (ValueError, RecursionError) as no_json:
+        return f"not JSON, perhaps cut off: {one_line(no_json)}"
+    return complaint(value, kind) or one_line(error)

@@ -1,0 +1,118 @@
+"""`state.json` of a checkpoint: the part of a run's state that is no array."""
+
+from typing import Any, Literal
+
+import msgspec
+from msgspec import Struct
+from numpy.random import Generator
+
+from touchdown.core import records
+from touchdown.core.records import Count, Seconds, Share
+
+FORMAT_VERSION = 2
+_STORED = {"env_steps": "observations", "candidates": "finalists"}  # names in the file
+_RECORDS = ("episodes.jsonl", "updates.jsonl", "validations.jsonl")
+
+
+class Solved(Struct, frozen=True):
+    """A policy that validation starts leave no doubt about."""
+
+    seconds: Seconds
+    """Of training until this was known, all validation episodes counted."""
+    mean_return: float
+    """On fresh validation starts."""
+    episodes: Count
+    """Those starts."""
+
+
+class CandidateState(Struct, frozen=True, kw_only=True, rename=_STORED):
+    """A candidate checkpoint, but for its weights."""
+
+    env_steps: Count
+    validation_return: float
+
+
+class _PCG64(Struct, frozen=True):
+    """Two numbers of 128 bits (O'Neill, 2014)."""
+
+    state: int
+    inc: int
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.state < 2**128:
+            raise ValueError(f"state = {self.state}: must be from 0 to 2**128 - 1")
+        if not 0 < self.inc < 2**128 or self.inc % 2 == 0:
+            raise ValueError(f"inc = {self.inc}: must be an odd number from 1 to 2**128 - 1")
+
+
+class GeneratorState(Struct, frozen=True):
+    """A random generator's state, as NumPy has it."""
+
+    bit_generator: Literal["PCG64"]
+    state: _PCG64
+    has_uint32: Literal[0, 1]
+    """Whether half a draw of 64 bits is left over."""
+    uinteger: Count
+    """That half."""
+
+    def __post_init__(self) -> None:
+        if self.uinteger >= 2**32:
+            raise ValueError(f"uinteger = {self.uinteger}: must be from 0 to 2**32 - 1")
+
+    @classmethod
+    def of(cls, generator: Generator) -> "GeneratorState":
+        """The state of a generator."""
+        return msgspec.convert(generator.bit_generator.state, cls)
+
+    def restore(self, generator: Generator) -> None:
+        """Bring a generator into this state."""
+        generator.bit_generator.state = msgspec.to_builtins(self)
+
+
+class _AgentFacts(Struct, frozen=True, kw_only=True, rename=_STORED):
+    """What every agent keeps, and what some do; others may keep more."""
+
+    env_steps: Count
+    updates: Count
+    epsilon: Share
+    memory_added: Count = 0
+    filled: Count = 0
+
+
+class CheckpointState(Struct, frozen=True, kw_only=True, rename=_STORED):
+    """`state.json`."""
+
+    format_version: Literal[2] = FORMAT_VERSION
+    config_digest: str
+    episodes: Count
+    """Training episodes that have ended."""
+    agent: dict[str, Any]
+    """The agent's facts."""
+    next_validation: Count
+    """Env steps at which the agent is validated next."""
+    seconds: Seconds
+    """Of training."""
+    trained: bool
+    finished: bool
+    solved: Solved | None
+    underway: list[Count]
+    """The number of each environment's episode."""
+    candidates: list[CandidateState]
+    """Best first."""
+    streams: dict[str, GeneratorState]
+    record_sizes: dict[str, Count]
+    """Bytes of each record, by file name."""
+    sha256: dict[str, str]
+    """Of each file beside this one, by its name without the suffix."""
+
+    def __post_init__(self) -> None:
+        records.check(self.agent, _AgentFacts, "agent")
+        for name in _RECORDS:
+            if name not in self.record_sizes:
+                raise ValueError(f"record_sizes: {name}: missing")
+        if self.finished and not self.trained:
+            raise ValueError("finished = True: must be False while trained = False")
+        if self.trained and not self.candidates:
+            raise ValueError("finalists = []: must be 1 or more once trained = True")
+        if not self.trained and not self.underway:
+            raise ValueError("underway = []: must be 1 or more while trained = False")
