@@ -71,7 +71,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help="PNG of the paths of the first seed")
     args = parser.parse_args()
     grid = grid_of(environment.make_env(ENV_ID).env)
-    assert grid is not None  # noqa: S101 - the cliff is a world of cells
+    assert grid is not None  # noqa: S101 - the cliff is a gridworld
     figure = style.new_figure(8.4, 6.4)
     axes = dict(zip(("tabular-q", "tabular-sarsa"), figure.subplots(2, 1), strict=True))
     print(f"{ENV_ID}, epsilon 0.1, {args.steps:,} steps; seeds {args.seeds}\n")

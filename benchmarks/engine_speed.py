@@ -128,9 +128,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--num-envs", type=int, default=1024)
-    parser.add_argument(
-        *("--policy", "--pilot"), default="pid", help="a name or file, as for `touchdown fly`"
-    )
+    names = ("--policy", "--pilot")  # the second is the former name
+    parser.add_argument(*names, default="pid", help="a name or file, as for `touchdown fly`")
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
     cores = os.sched_getaffinity(0)

@@ -96,7 +96,7 @@ def measure(job: Job, runs: Path) -> None:
         judge = Judge(record)
         if job.system in PEERS:
             peer = importlib.import_module(f"contenders.{job.system}")
-            import torch  # noqa: PLC0415 - only for those who use it
+            import torch  # noqa: PLC0415 - only peers use it
 
             torch.set_num_threads(job.threads)
             watch = Watch(judge, MARKS, math.inf if job.seconds is None else job.seconds)

@@ -293,7 +293,7 @@ class Flown:
 def compare(
     configuration: dict[str, Any], seeds: Iterable[int], num_threads: int = 1, where: str = ""
 ) -> Report:
-    """Every policy with every seed, all of them side by side in one batch of the engine."""
+    """Every policy with every seed, all in one batch of the engine."""
     report = Report()
     flown = [Flown(configuration, policy_name, seed) for seed in seeds for policy_name in POLICIES]
     count = len(flown)

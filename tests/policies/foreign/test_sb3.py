@@ -168,7 +168,7 @@ def test_weights_of_another_kind_of_network_are_refused(tmp_path, before, after,
 def test_an_actor_of_continuous_actions_is_refused(tmp_path):
     policy = renamed(SAVED / "ppo.zip", b"\x0e\0\0\0value_net.bias", b"\x07\0\0\0log_std")
     path = rewritten(SAVED / "ppo.zip", tmp_path / "other.zip", policy_pth=policy)
-    assert "not those of DQN, QRDQN, PPO or A2C with numbered actions" in refusal(path)
+    assert "not those of DQN, QRDQN, PPO or A2C with discrete actions" in refusal(path)
 
 
 def test_a_policy_for_another_environment_is_refused_with_the_flag_that_names_it():
@@ -182,7 +182,7 @@ def test_a_policy_whose_observations_were_normalised_is_refused(tmp_path, statis
     path = tmp_path / "dqn.zip"
     path.write_bytes((SAVED / "dqn.zip").read_bytes())
     (tmp_path / statistics).write_bytes(b"a pickle")
-    assert f"{statistics} lies beside it, so its observations were normalised" in refusal(path)
+    assert f"{statistics} is beside it, so its observations were normalised" in refusal(path)
 
 
 @pytest.mark.parametrize(

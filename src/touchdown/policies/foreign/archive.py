@@ -64,7 +64,7 @@ class Archive:
         if member.file_size > most:
             raise ValueError(f"{name!r} has {member.file_size} bytes, must be at most {most}")
         if member.flag_bits & _ENCRYPTED or member.compress_type not in _READABLE:
-            raise ValueError(f"{name!r} is encrypted, or packed otherwise than by deflate")
+            raise ValueError(f"{name!r} is encrypted, or compressed by another method than deflate")
         try:
             with self._zip.open(member) as file:
                 data = file.read(most + 1)  # the size checked above is only what the archive claims

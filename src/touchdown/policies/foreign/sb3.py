@@ -57,7 +57,7 @@ def read_sb3(path: Path, env_id: str) -> GreedyPolicy:
     statistics = [name for name in _PICKLED_STATISTICS if path.with_name(name).is_file()]
     if statistics:
         raise UserError(
-            f"{path}: {statistics[0]} lies beside it, so its observations were normalised; the "
+            f"{path}: {statistics[0]} is beside it, so its observations were normalised; the "
             "statistics are a pickle, which is never opened (if only rewards were normalised, move "
             "it away)"
         )
@@ -133,7 +133,7 @@ def _linears(state: State) -> tuple[list[_Linear], str]:
             return linears, "ReLU"
     if "action_net.weight" not in state or "log_std" in state:
         raise ValueError(
-            "its weights are not those of DQN, QRDQN, PPO or A2C with numbered actions"
+            "its weights are not those of DQN, QRDQN, PPO or A2C with discrete actions"
         )
     shared = _sequence(state, "mlp_extractor.shared_net.")  # before 1.8
     own = _sequence(state, "mlp_extractor.policy_net.")

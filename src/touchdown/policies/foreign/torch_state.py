@@ -110,7 +110,7 @@ def _read_program(program: bytes) -> object:  # noqa: PLR0912 - one branch per o
     try:
         operations = list(pickletools.genops(program))
     except ValueError:
-        raise ValueError("its data.pkl is no whole pickle") from None
+        raise ValueError("its data.pkl is not a whole pickle") from None
     for opcode, argument, _ in operations:
         match opcode.name:
             case "PROTO" | "STOP":
@@ -196,12 +196,12 @@ def _check(tensor: _Tensor) -> None:
     """Refuse an array that reaches beyond its storage, or repeats elements of it."""
     sizes = (tensor.offset, tensor.storage.count, *tensor.shape, *tensor.strides)
     if not all(type(size) is int and 0 <= size <= _MOST_NUMBERS for size in sizes):
-        raise ValueError("its data.pkl has an array of a shape that is none, or too big")
+        raise ValueError("its data.pkl has an array of an invalid shape, or too large")
     if len(tensor.shape) != len(tensor.strides) or len(tensor.shape) > _MOST_DIMENSIONS:
-        raise ValueError("its data.pkl has an array of a shape that is none")
+        raise ValueError("its data.pkl has an array of an invalid shape")
     last = sum((size - 1) * step for size, step in zip(tensor.shape, tensor.strides, strict=True))
     if not 0 < prod(tensor.shape) <= tensor.storage.count > tensor.offset + last:
-        raise ValueError("its data.pkl has an array that is larger than its numbers, or empty")
+        raise ValueError("its data.pkl has an array that is empty, or larger than its storage")
 
 
 def _array(archive: Archive, folder: str, tensor: _Tensor) -> NDArray[Any]:
