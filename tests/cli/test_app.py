@@ -22,6 +22,8 @@ from touchdown.cli import app
         (["train", "--gama=0.9"], "--gama: unknown option; did you mean --gamma?"),
         (["train", "--max-env-step=9"], "unknown option; did you mean --max-env-steps?"),
         (["tune", "agent", "pilot", "--env-step=9"], "did you mean --env-steps?"),
+        (["tune", "agent", "pilot", "--observation=9"], "did you mean --env-steps?"),
+        (["tune", "agent", "pilot", "--zzz"], "`touchdown tune agent --help` lists them"),
         (["runs", "--jsn"], "--jsn: unknown option; did you mean --json?"),
         (["train", "--gamma=1.5"], "gamma = 1.5: must be from 0 to 1"),
         (["train", "--gamma=-0.1"], "gamma = -0.1: must be from 0 to 1"),
