@@ -20,6 +20,10 @@ from touchdown.cli import app
         (["train", "plot"], "preset 'plot': unknown; choose one of dqn, target-dqn"),
         (["train", "--gamma=0.9", "dqn"], "preset 'dqn': must be given once, right after `train`"),
         (["train", "--gama=0.9"], "--gama: unknown option; did you mean --gamma?"),
+        (["train", "--max-env-step=9"], "unknown option; did you mean --max-env-steps?"),
+        (["tune", "agent", "pilot", "--env-step=9"], "did you mean --env-steps?"),
+        (["tune", "agent", "pilot", "--observation=9"], "did you mean --env-steps?"),
+        (["tune", "agent", "pilot", "--zzz"], "`touchdown tune agent --help` lists them"),
         (["runs", "--jsn"], "--jsn: unknown option; did you mean --json?"),
         (["train", "--gamma=1.5"], "gamma = 1.5: must be from 0 to 1"),
         (["train", "--gamma=-0.1"], "gamma = -0.1: must be from 0 to 1"),
@@ -185,7 +189,7 @@ def test_a_full_disk_is_one_line_and_exit_code_2(tmp_path, monkeypatch, capsys):
     assert said.endswith(f"touchdown train --resume full --runs-dir {tmp_path / 'runs'}")
 
 
-def test_a_real_full_disk_keeps_what_was_saved(tmp_path):
+def test_output_to_a_full_disk_is_one_line_and_exit_code_2(tmp_path):
     if not Path("/dev/full").exists():
         pytest.skip("there is no /dev/full here")
     done = subprocess.run(

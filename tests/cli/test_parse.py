@@ -23,6 +23,13 @@ def test_the_help_of_every_verb_names_units_and_defaults(capsys):
         assert name in shown
 
 
+@pytest.mark.parametrize("verb", ["evaluate", "fly"])
+def test_verbs_that_fly_take_a_policy(verb, capsys):
+    with pytest.raises(SystemExit):
+        parse.parse([verb, "--help"])
+    assert " POLICY" in capsys.readouterr().out.splitlines()[0]
+
+
 def test_flags_override_the_file_and_the_file_overrides_the_preset(tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text("seed = 3\n[learning]\ngamma = 0.9\nbatch_size = 16\n")

@@ -17,4 +17,6 @@ def test_runs_and_show_print_json_for_scripts(finished, capsys):
     app.main(["show", "cart", f"--runs-dir={finished}"])
     text = capsys.readouterr().out
     assert 'env_id = "CartPole-v1"' in text
+    heading = "run preset env seed status episodes env steps minutes test"
+    assert heading.split() == text.split()[: len(heading.split())]
     assert "learning-curve.png" in text

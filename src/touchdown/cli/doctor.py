@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Doctor:
-    """Check this installation: what works, what is missing, what would help; exit code 2 if bad."""
+    """Check what works here, what is missing and what would help; exit code 2 if a check fails."""
 
     json: Json = False
     runs_dir: RunsDir = DEFAULT_RUNS

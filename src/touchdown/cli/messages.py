@@ -2,23 +2,24 @@
 
 import difflib
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping
 
 
-def one_line_of(complaint: str, verb: str, flags: Sequence[str]) -> str:
+def one_line_of(complaint: str, verb: str, flags: Mapping[str, str]) -> str:
     """What tyro complains of, on one line; for an unknown flag it names the nearest one.
 
     Args:
         complaint: what tyro printed.
-        verb: the verb given.
-        flags: the verb's flags, such as `--seed`; empty if there is no such verb.
+        verb: the verb given, such as `train` or `tune agent`.
+        flags: the verb's flags, such as `--seed`, each with the flag to name for it, which is
+            another one if it is a former name; empty if there is no such verb.
     """
     text = re.sub(r"^Error parsing (__tyro\S*: )?", "", _first_paragraph(complaint))
     unknown = re.match(r"Unrecognized options: (--[^\s,=]+)", text)
     if not unknown or not flags:
         return text
     near = difflib.get_close_matches(unknown[1].replace("_", "-"), flags, n=1)
-    hint = f"did you mean {near[0]}?" if near else f"`touchdown {verb} --help` lists them"
+    hint = f"did you mean {flags[near[0]]}?" if near else f"`touchdown {verb} --help` lists them"
     return f"{unknown[1]}: unknown option; {hint}"
 
 

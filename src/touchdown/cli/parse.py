@@ -13,7 +13,7 @@ from tyro.conf import OmitArgPrefixes, subcommand
 
 from touchdown.cli import messages
 from touchdown.cli.doctor import Doctor
-from touchdown.cli.former_flags import with_present_names
+from touchdown.cli.former_flags import FORMER_FLAGS, with_present_names
 from touchdown.cli.policies import Evaluate, Export, Fly
 from touchdown.cli.runs import Compare, Runs, Show
 from touchdown.cli.study import Study, StudyList, StudyReport, StudyRun, StudyStatus
@@ -37,11 +37,11 @@ VERBS: dict[str, type[Verb]] = {
     "export": Export,
     "doctor": Doctor,
 }
-_INNER: dict[str, tuple[type[Any], ...]] = {
-    "tune": (TunePid, TuneAgent),
-    "study": (StudyRun, StudyStatus, StudyReport, StudyList),
+_SECOND_WORDS: dict[str, dict[str, type[Any]]] = {
+    "tune": {"pid": TunePid, "agent": TuneAgent},
+    "study": {"run": StudyRun, "status": StudyStatus, "report": StudyReport, "list": StudyList},
 }
-"""The second words of verbs of two words; the flags belong to those."""
+"""What follows the first word of a verb of two words; the flags belong to those."""
 
 
 def parse(argv: Sequence[str]) -> Verb:
@@ -85,9 +85,11 @@ def parse(argv: Sequence[str]) -> Verb:
     except SystemExit as error:
         if error.code in (0, None):
             raise
-        name = argv[0] if argv else ""
-        flags = list(_flags_of(name)) if name in VERBS else []
-        raise UserError(messages.one_line_of(complaint.getvalue(), name, flags)) from None
+        words = _verb_in(argv)
+        flags = {flag: flag for flag in _flags_of(words)} | FORMER_FLAGS.get(words, {})
+        raise UserError(
+            messages.one_line_of(complaint.getvalue(), " ".join(words), flags)
+        ) from None
     if isinstance(verb, Train) and verb.preset != defaults.preset:
         raise UserError(f"preset {verb.preset!r}: must be given once, right after `train`")
     return verb
@@ -132,9 +134,19 @@ def _value_of(argv: Sequence[str], flag: str) -> str | None:
     return given[0] if given else None
 
 
-def _flags_of(verb: str) -> Iterator[str]:
-    """The flags of a verb, without a former name among them."""
-    for kind in _INNER.get(verb, (VERBS[verb],)):
+def _verb_in(argv: Sequence[str]) -> tuple[str, ...]:
+    """The verb's words, one or two; none if the line does not begin with a verb."""
+    if not argv or argv[0] not in VERBS:
+        return ()
+    return tuple(argv[: 2 if set(argv[1:2]) & _SECOND_WORDS.get(argv[0], {}).keys() else 1])
+
+
+def _flags_of(words: Sequence[str]) -> Iterator[str]:
+    """The flags of a verb, without former ones; of all that may follow a lone first word."""
+    if not words:
+        return
+    inner = _SECOND_WORDS.get(words[0], {"": VERBS[words[0]]})
+    for kind in [inner[words[1]]] if len(words) > 1 else inner.values():
         for item in fields(kind):
-            inner = fields(SECTIONS[item.name]) if item.name in SECTIONS else (item,)
-            yield from (f"--{each.name.replace('_', '-')}" for each in inner)
+            settings = fields(SECTIONS[item.name]) if item.name in SECTIONS else (item,)
+            yield from (f"--{each.name.replace('_', '-')}" for each in settings)

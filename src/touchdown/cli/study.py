@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyRun:
-    """Run what a study still lacks; the same command continues a stopped study."""
+    """Run a study; runs already done are kept, so the same command continues a stopped study."""
 
     name: Positional[StudyName]
     scale: Scale = "quick"
@@ -151,7 +151,7 @@ class StudyReport:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyList:
-    """List the paper's studies: what each asks, how many runs it takes, how much it claims."""
+    """List the paper's studies, with their questions, numbers of runs and claims."""
 
     scale: Scale = "quick"
     json: Json = False
