@@ -18,7 +18,7 @@ import stable_baselines3
 import torch
 from stable_baselines3 import DQN
 
-from touchdown.agents.dqn import DQNAgent
+from touchdown.agents.registry import make_agent
 from touchdown.config import presets
 from touchdown.config.config import Config
 from touchdown.config.sections import ExplorationConfig, LearningConfig, ReplayConfig
@@ -48,7 +48,7 @@ def ours(config: Config, engine: engines.Engine) -> Callable[[int], object]:
     """A function that trains for so many more steps."""
     world = environment.make_env(config.env_id, engine=engine)
     world.env.close()
-    agent = DQNAgent(config, world.spaces, streams(config.seed))
+    agent = make_agent(config, world.spaces, streams(config.seed))
     indices = make_pool(config.env_id, config.training.num_envs, engine)
 
     def start_of(episode: int) -> int:

@@ -1,4 +1,4 @@
-"""JAX on the CPU, reproducible hypothesis, and the small worlds and agents that tests share."""
+"""JAX on the CPU, reproducible hypothesis, and small environments and agents for tests."""
 
 import gc
 import os
@@ -18,6 +18,7 @@ os.environ["OMP_NUM_THREADS"] = "1"  # tests run side by side
 import jax  # noqa: E402
 
 from touchdown.agents.dqn import DQNAgent  # noqa: E402
+from touchdown.agents.learners.factory import make_learner  # noqa: E402
 from touchdown.agents.networks import QNetwork  # noqa: E402
 from touchdown.config.config import Config  # noqa: E402
 from touchdown.config.sections import (  # noqa: E402
@@ -79,7 +80,7 @@ def new_agent() -> Callable[..., DQNAgent]:
             learning=LearningConfig(**{"batch_size": 16} | (learning or {})),
             training=TrainingConfig(**{"metrics_period": 1} | (training or {})),
         )
-        return DQNAgent(config, SPACES, streams(seed))
+        return DQNAgent(config, SPACES, streams(seed), make_learner(config, SPACES))
 
     return make
 

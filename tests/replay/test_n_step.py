@@ -17,7 +17,7 @@ def flown(n: int, rewards: list[float], *, terminated: bool, gamma: float = 0.5)
     for time, reward in enumerate(rewards):
         ends = terminated and time == len(rewards) - 1
         whole += steps.push(observation(time), time, reward, observation(time + 1), terminated=ends)
-    whole += steps.cut()
+    whole += steps.truncate()
     return [
         (int(e.o_tm1[0]), e.a_tm1, e.r_t, e.discount_t, int(e.o_t[0]), e.terminated) for e in whole
     ]
@@ -85,7 +85,7 @@ def test_no_steps_are_refused():
 
 def waited(n: int, rewards: list[float], *, terminated: bool, after: int = 99) -> list:
     """As `flown`, with the action that each transition waited for; step t takes action 10 + t."""
-    steps, whole = NStep(n, 0.5, waits=True), []
+    steps, whole = NStep(n, 0.5, needs_next_action=True), []
     for time, reward in enumerate(rewards):
         ends = terminated and time == len(rewards) - 1
         whole += [
@@ -94,7 +94,7 @@ def waited(n: int, rewards: list[float], *, terminated: bool, after: int = 99) -
                 observation(time), 10 + time, reward, observation(time + 1), terminated=ends
             )
         ]
-    whole += [(len(rewards), e) for e in steps.cut(after)]
+    whole += [(len(rewards), e) for e in steps.truncate(after)]
     return [
         (when, int(e.o_tm1[0]), e.a_tm1, e.r_t, e.discount_t, int(e.o_t[0]), e.terminated, e.a_t)
         for when, e in whole

@@ -10,13 +10,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, cast
 
-from numpy.typing import NDArray
 from safetensors import SafetensorError
 from safetensors.numpy import load
 
 from touchdown.core.errors import UserError, one_line
-
-Tensors = dict[str, NDArray[Any]]
+from touchdown.core.types import Tensors
 
 
 def write_atomic(path: Path, data: bytes | str) -> None:

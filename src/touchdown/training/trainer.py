@@ -209,11 +209,11 @@ class Trainer:
 
     def _train(self) -> None:
         progress, period = self._progress, self._config.training.checkpoint_seconds
-        self._pace = pace = _Pace(self._budget, progress, self._agent.observations, self._began)
+        self._pace = pace = _Pace(self._budget, progress, self._agent.env_steps, self._began)
         last_saved = time.monotonic()
         self._underway = underway = self._go_on()
         for agent_step in interact(self._agent, self._pool, self._start_of, underway):
-            observations = self._agent.observations
+            observations = self._agent.env_steps
             if agent_step.metrics is not None:
                 self._record_update(agent_step.metrics)
             for episode, outcome in self._ended(agent_step):
@@ -239,7 +239,7 @@ class Trainer:
                 return
 
     def _status(self, episode: Episode, agent_step: AgentStep, pace: _Pace) -> Status:
-        observations = self._agent.observations
+        observations = self._agent.env_steps
         done, left = pace.done_and_left(self._progress.episodes, observations)
         return Status(
             episode=self._progress.episodes,
@@ -318,7 +318,7 @@ class Trainer:
         self._recent_timed_out = [*self._recent_timed_out[1 - RECENT :], outcome == "timed out"]
         row = {
             "episode": progress.episodes,
-            "observations": agent.observations,
+            "observations": agent.env_steps,
             "episode_return": episode_return,
             "steps": steps,
             "outcome": outcome,
@@ -331,7 +331,7 @@ class Trainer:
             "rollout/ep_len": float(steps),
             "rollout/exploration_rate": epsilon,
             "rollout/time_limit_share": float(np.mean(self._recent_timed_out)),
-            "time/fps": agent.observations / max(progress.seconds, 1e-9),
+            "time/fps": agent.env_steps / max(progress.seconds, 1e-9),
         }
         self._recorder.write(self._folder.episodes, row, scalars)
 
@@ -344,13 +344,13 @@ class Trainer:
                 f"update {agent.updates} (loss {metrics['loss']}, mean Q {metrics['mean_q']}); "
                 "a lower learning_rate, a max_grad_norm or a smaller reward_scale would help"
             )
-        row = {"update": agent.updates, "observations": agent.observations, **metrics}
+        row = {"update": agent.updates, "observations": agent.env_steps, **metrics}
         scalars = {f"train/{name}": value for name, value in metrics.items()}
         self._recorder.write(self._folder.updates, row, scalars)
 
     def _validate(self) -> None:
         training, progress = self._config.training, self._progress
-        observations = self._agent.observations
+        observations = self._agent.env_steps
         progress.next_validation = (
             observations // training.validation_period + 1
         ) * training.validation_period
