@@ -88,8 +88,8 @@ def new_agent() -> Callable[..., DQNAgent]:
 class Chain:
     """Five states in a row, seen one-hot; action 1 goes right, action 0 left.
 
-    Right of the last state the world ends and pays 8. Left of the first state is a wall: pushing
-    it pays a bait of 0.1. A time limit may truncate. The start is the seed modulo five.
+    Right of the last state the episode terminates and pays 8. Left of the first state is a wall:
+    pushing it pays a bait of 0.1. A time limit may truncate. The start is the seed modulo five.
     """
 
     STATES, GOAL, BAIT = 5, 8.0, 0.1
@@ -99,14 +99,14 @@ class Chain:
 
     @classmethod
     def model(cls, state: int, action: int) -> tuple[float, int | None]:
-        """The reward, and the next state, which is None where the world has ended."""
+        """The reward, and the next state, which is None after termination."""
         if action == 1:
             return (0.0, state + 1) if state + 1 < cls.STATES else (cls.GOAL, None)
         return (0.0, state - 1) if state else (cls.BAIT, 0)
 
     @classmethod
     def transitions(cls) -> dict[int, dict[int, list[tuple[float, int, float, bool]]]]:
-        """The model as Gymnasium's toy worlds have it."""
+        """The model as Gymnasium's toy-text environments have it."""
         return {
             state: {
                 action: [(1.0, after or 0, reward, after is None)]

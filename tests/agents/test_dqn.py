@@ -91,14 +91,14 @@ def test_no_update_before_the_memory_holds_its_least(new_agent: NewAgent):
 
 def test_copies_count_towards_the_least_that_the_memory_holds(new_agent: NewAgent):
     agent = new_agent(replay={"min_size": 8, "resaves": 3})
-    learnt = [metrics is not None for metrics in feed(agent, 3, reward=1.0)]
-    assert learnt == [False, True, True]  # four copies each
+    learned = [metrics is not None for metrics in feed(agent, 3, reward=1.0)]
+    assert learned == [False, True, True]  # four copies each
 
 
 def test_updates_come_once_a_period(new_agent: NewAgent):
     agent = new_agent(replay={"min_size": 5}, learning={"update_period": 4})
-    learnt = [metrics is not None for metrics in feed(agent, 17)]
-    assert [i for i, did in enumerate(learnt, start=1) if did] == [8, 12, 16]
+    learned = [metrics is not None for metrics in feed(agent, 17)]
+    assert [i for i, did in enumerate(learned, start=1) if did] == [8, 12, 16]
     assert agent.updates == 3
 
 
@@ -399,10 +399,10 @@ def test_deep_sarsa_learns_the_values_of_its_own_exploring_policy(new_agent: New
     )
     for _ in islice(fly(agent, chain()), 4_000):
         pass
-    learnt = agent.learner.values(np.eye(5, dtype=np.float32), 0)
+    learned = agent.learner.values(np.eye(5, dtype=np.float32), 0)
     # of 8 halved a step, a policy that turns back now and then gets less: Q* has 0.5 and 4 here
-    np.testing.assert_allclose(learnt, chain.values_of_acting(0.5, 0.5), atol=0.15)
-    assert learnt[3, 1] < 3.7
+    np.testing.assert_allclose(learned, chain.values_of_acting(0.5, 0.5), atol=0.15)
+    assert learned[3, 1] < 3.7
 
 
 def test_sarsas_transitions_know_the_action_that_came_after(new_agent: NewAgent, chain):

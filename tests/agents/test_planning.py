@@ -12,14 +12,14 @@ from touchdown.agents.planning import TransitionModel, read_model, sweep, value_
 LEFT, DOWN, RIGHT, UP = range(4)  # of the frozen lake
 
 # action 0 stays in state 0 for 1; action 1 goes to state 1 for nothing; from there 0 goes back for
-# 4, and 1 ends the world for 10, "in" state 0, whose value must not be added
+# 4, and 1 terminates for 10, "in" state 0, whose value must not be added
 TWO_STATES = {
     0: {0: [(1.0, 0, 1.0, False)], 1: [(1.0, 1, 0.0, False)]},
     1: {0: [(1.0, 0, 4.0, False)], 1: [(1.0, 0, 10.0, True)]},
 }
 
 
-def world_of(env_id: str, **options) -> tuple[gym.Env, TransitionModel]:
+def env_and_model(env_id: str, **options) -> tuple[gym.Env, TransitionModel]:
     env = gym.make(env_id, **options)
     return env, read_model(env.unwrapped.P)
 
@@ -62,7 +62,7 @@ def test_a_model_has_expected_rewards_and_chances_to_go_on():
         {0: {0: [(1.0, 1, 0.0, False)]}},
     ],
 )
-def test_a_table_of_transitions_that_is_no_world_is_refused(transitions: dict):
+def test_a_table_of_transitions_that_is_no_model_is_refused(transitions: dict):
     with pytest.raises(ValueError, match="state"):
         read_model(transitions)
 
@@ -109,7 +109,7 @@ def test_value_iteration_says_so_where_values_grow_for_ever():
 
 
 def test_values_of_the_lake_without_slips_are_powers_of_gamma():
-    _, model = world_of("FrozenLake-v1", is_slippery=False)
+    _, model = env_and_model("FrozenLake-v1", is_slippery=False)
     q = value_iteration(model, 0.9)
     assert_allclose(q[14, RIGHT], 1.0)  # into the goal
     assert_allclose(q[14, LEFT], 0.9**2)  # away from it and back
@@ -119,7 +119,7 @@ def test_values_of_the_lake_without_slips_are_powers_of_gamma():
 
 
 def test_values_of_the_slippery_lake_solve_their_equation():
-    env, model = world_of("FrozenLake-v1")
+    env, model = env_and_model("FrozenLake-v1")
     q = value_iteration(model, 0.99)
     for s, actions in env.unwrapped.P.items():
         for a, outcomes in actions.items():
@@ -128,7 +128,7 @@ def test_values_of_the_slippery_lake_solve_their_equation():
 
 
 def test_the_best_path_along_the_cliff_is_thirteen_steps():
-    env, model = world_of("CliffWalking-v1")
+    env, model = env_and_model("CliffWalking-v1")
     q = value_iteration(model, 1.0)
     assert q[36].max() == -13
     assert q[36, 1] == -100 - 13  # right falls and is put back to the start
@@ -141,7 +141,7 @@ def test_the_best_path_along_the_cliff_is_thirteen_steps():
 
 
 def test_a_drop_off_of_the_taxi_ends_though_the_state_after_it_has_a_value():
-    env, model = world_of("Taxi-v4")
+    env, model = env_and_model("Taxi-v4")
     q = value_iteration(model, 0.9)
     in_taxi, at_r = env.unwrapped.encode(0, 0, 4, 0), env.unwrapped.encode(0, 0, 0, 0)
     assert_allclose(q[in_taxi, 5], 20.0)

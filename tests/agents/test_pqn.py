@@ -104,8 +104,8 @@ def test_an_episode_cut_off_still_bootstraps_and_one_that_ended_does_not(
     for _ in range(1_200):  # every step is an episode's last; the next one's 8 is nothing to it
         agent.observe(here, agent.act(here), steps, there)
         agent.observe(there, agent.act(there), decoy, here)
-    learnt = agent.learner.values(SEEN[[0, 2]], 0)
-    assert_allclose(learnt.max(axis=1), [value, 8], atol=0.1)  # 1/(1 − ½), or 1
+    learned = agent.learner.values(SEEN[[0, 2]], 0)
+    assert_allclose(learned.max(axis=1), [value, 8], atol=0.1)  # 1/(1 − ½), or 1
 
 
 def test_it_learns_once_a_rollout_is_whole_from_minibatches_of_all_of_it():

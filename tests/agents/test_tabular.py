@@ -90,7 +90,7 @@ def test_sarsa_comes_to_the_values_of_its_own_exploring_policy(target: str, chai
     assert_allclose(agent.q, exact, atol=0.02 if target == "expected-sarsa" else 0.1)
 
 
-def test_worlds_side_by_side_teach_one_table(chain):
+def test_several_environments_teach_one_table(chain):
     for target in ("q-learning", "sarsa"):
         agent = new_table(
             exploration={"schedule": "linear", "epsilon_end": 0.0, "epsilon_duration": 1_500},
@@ -166,7 +166,7 @@ def test_a_terminated_step_does_not_bootstrap(target: str):
     assert agent.q[0].tolist() == [0, 3]
 
 
-def test_both_of_sarsas_last_steps_are_learnt_when_the_world_ends():
+def test_both_of_sarsas_last_steps_are_learned_when_the_episode_terminates():
     agent = learning_by("sarsa")
     agent.q[1] = 4, 8
     step(agent, 0, 1, 1.0, 1)
@@ -204,7 +204,7 @@ def test_a_table_starts_as_high_as_it_is_told():
     assert np.all(new_table(table={"initial_value": 3.0}).q == 3)
 
 
-def test_each_world_of_sarsa_waits_for_its_own_action():
+def test_each_environment_of_sarsa_waits_for_its_own_action():
     agent = learning_by("sarsa", num_envs=2)
     agent.q[1], agent.q[2] = (4, 8), (16, 32)
     no = np.zeros(2, bool)
@@ -241,7 +241,7 @@ def test_a_model_that_is_none_is_refused_in_one_line():
     )
 
 
-def test_a_network_fits_every_world():
+def test_a_network_fits_every_environment():
     registry.check_fits(Config(), BOX)
     registry.check_fits(Config(algorithm="pqn"), SPACES)
 

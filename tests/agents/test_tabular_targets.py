@@ -12,7 +12,7 @@ from touchdown.agents.tabular_targets import (
 )
 
 
-def world_of(env_id: str, **options) -> tuple[gym.Env, TransitionModel]:
+def env_and_model(env_id: str, **options) -> tuple[gym.Env, TransitionModel]:
     env = gym.make(env_id, **options)
     return env, read_model(env.unwrapped.P)
 
@@ -73,7 +73,7 @@ def test_targets_of_a_batch_are_those_of_its_rows():
 
 
 def learn(env: gym.Env, gamma: float, num_steps: int, seed: int) -> np.ndarray:
-    """Q-learning of a deterministic world from random actions; a step size of 1 is exact there."""
+    """Q-learning from random actions with a step size of 1, exact as nothing is random."""
     rng, q = default_rng(seed), np.zeros((env.observation_space.n, env.action_space.n))
     state, _ = env.reset(seed=seed)
     for _ in range(num_steps):
@@ -86,13 +86,13 @@ def learn(env: gym.Env, gamma: float, num_steps: int, seed: int) -> np.ndarray:
 
 
 def test_q_learning_reaches_the_values_that_value_iteration_finds():
-    env, model = world_of("FrozenLake-v1", is_slippery=False)
+    env, model = env_and_model("FrozenLake-v1", is_slippery=False)
     assert_allclose(learn(env, 0.9, 30_000, seed=0), value_iteration(model, 0.9), atol=1e-6)
 
 
 @pytest.mark.parametrize(("epsilon", "length"), [(0.2, 15), (0.0, 13)])
 def test_expected_sarsa_keeps_off_the_cliff_as_far_as_it_explores(epsilon: float, length: int):
-    env, model = world_of("CliffWalking-v1")
+    env, model = env_and_model("CliffWalking-v1")
     q = np.zeros_like(model.reward)
     for _ in range(3000):  # every target at once, as a sweep does
         after = [

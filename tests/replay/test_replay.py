@@ -144,7 +144,7 @@ def test_shares_count_the_copies_that_are_held():
     assert memory.shares() == (6 / 8, 3 / 8)
 
 
-def test_terminal_share_counts_ends_of_the_world_and_not_zero_discounts():
+def test_terminal_share_counts_terminations_and_not_zero_discounts():
     memory = Replay(8, 2)
     memory.add(Transition(observation(0), 0, 0.0, 0.0, observation(1), terminated=False))  # γ = 0
     assert memory.shares().terminal == 0.0
