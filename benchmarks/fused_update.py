@@ -18,10 +18,12 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"  # NumPy reads it when it is imported
 import jax
 import numpy as np
 
-from touchdown.agents.learners import fused
 from touchdown.agents.learners._fused import simd
-from touchdown.agents.learners.fused import FusedNetwork
-from touchdown.agents.learners.jax import LearnerState, init_learner, make_update
+from touchdown.agents.learners.fused import FusedLearner
+from touchdown.agents.learners.state import LearnerState, init_state
+from touchdown.agents.learners.update import make_update
+from touchdown.agents.networks import QNetwork
+from touchdown.config.config import Config
 from touchdown.config.sections import LearningConfig, NetworkConfig
 from touchdown.core import device
 from touchdown.replay.transition import transition_dtype
@@ -72,25 +74,30 @@ def measure(
     config = LearningConfig(
         double=double, loss="huber", max_grad_norm=10.0, target_period=1000, learning_rate=1e-4
     )
-    network, rng = FusedNetwork(D, A, shape), np.random.default_rng(0)
+    network, rng = QNetwork(D, A, shape), np.random.default_rng(0)
     records = np.zeros(args.updates * batch_size, transition_dtype(D))
     records["o_tm1"], records["o_t"] = rng.normal(size=(2, len(records), D))
     records["a_tm1"], records["r_t"] = rng.integers(A, size=len(records)), 1.0
-    batches = records.view(np.float32).reshape(args.updates, batch_size, -1)
+    packed = records.view(np.float32).reshape(args.updates, batch_size, -1)
+    seen = packed[0, :1, :D]
     update = make_update(network, config)
 
     def step(state: LearnerState, batch: jax.Array) -> tuple[LearnerState, None]:
         return update(state, batch, None, measured=False).state, None
 
-    scan = jax.jit(lambda state, batches: jax.lax.scan(step, state, batches)[0])
-    start = init_learner(network, config, 0)
-    state, learn = fused.own(start), fused.make_learn(network, config)
-    jax.block_until_ready(scan(start, batches))
-    learn(state, batches, None)
+    scan = jax.jit(lambda state, packed: jax.lax.scan(step, state, packed)[0])
+    start = init_state(network, config, 0)
+    learner = FusedLearner(network, Config(network=shape, learning=config))
+
+    def learn() -> None:
+        learner.update(packed, None, seen, 0, measured=True)
+
+    jax.block_until_ready(scan(start, packed))
+    learn()
     pairs = [
         (
-            seconds(lambda: jax.block_until_ready(scan(start, batches))),
-            seconds(lambda: learn(state, batches, None)),
+            seconds(lambda: jax.block_until_ready(scan(start, packed))),
+            seconds(learn),
         )
         for _ in range(args.rounds)
     ]

@@ -16,6 +16,7 @@ import numpy as np
 
 from touchdown import Config
 from touchdown.agents.dqn import DQNAgent
+from touchdown.agents.learners.factory import make_learner
 from touchdown.config import presets
 from touchdown.core import device
 from touchdown.core.seeding import streams
@@ -47,11 +48,16 @@ def config_of(part: str) -> Config:
     return config
 
 
+def new_agent(config: Config) -> DQNAgent:
+    """A fresh agent."""
+    return DQNAgent(config, SPACES, streams(config.seed), make_learner(config, SPACES))
+
+
 class Fed:
     """An agent with a full replay memory, and the transitions that it is fed."""
 
     def __init__(self, config: Config, rng: np.random.Generator) -> None:
-        self._agent = DQNAgent(config, SPACES, streams(config.seed))
+        self._agent = new_agent(config)
         rows = rng.normal(size=(2_001, 1, 8)).astype(np.float32)
         no = np.zeros(1, np.bool_)
         # made beforehand, so that only the agent's own time is measured
@@ -61,9 +67,9 @@ class Fed:
         ]
         self._agent.begin_episode(0)
         waiting = replace(config, replay=replace(config.replay, min_size=config.replay.capacity))
-        filler = DQNAgent(waiting, SPACES, streams(config.seed))
+        filler = new_agent(waiting)
         self._feed(filler, config.replay.capacity - 1)
-        self._agent.memory.restore(filler.memory.tensors(), filler.memory.ring.added)
+        self._agent.replay.restore(filler.replay.tensors(), filler.replay.ring.added)
 
     def _feed(self, agent: DQNAgent, count: int) -> None:
         for o_tm1, a_tm1, steps in islice(cycle(self._fed), count):
@@ -73,7 +79,7 @@ class Fed:
         """Mean seconds of one environment step with its update."""
         began = time.perf_counter()
         self._feed(self._agent, updates)
-        np.asarray(self._agent.state.online_params)
+        np.asarray(self._agent.learner.state.online_params)
         return (time.perf_counter() - began) / updates
 
 

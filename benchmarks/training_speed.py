@@ -18,7 +18,7 @@ import stable_baselines3
 import torch
 from stable_baselines3 import DQN
 
-from touchdown.agents.dqn import DQNAgent
+from touchdown.agents.registry import make_agent
 from touchdown.config import presets
 from touchdown.config.config import Config
 from touchdown.config.sections import ExplorationConfig, LearningConfig, ReplayConfig
@@ -47,7 +47,7 @@ def same_numbers(seed: int) -> Config:
 def ours(config: Config, engine: engines.Engine) -> Callable[[int], object]:
     """A function that trains for a given number of further steps."""
     spaces = environment.spaces_of(config.env_id, engine=engine)
-    agent = DQNAgent(config, spaces, streams(config.seed))
+    agent = make_agent(config, spaces, streams(config.seed))
     pool = make_pool(config.env_id, config.training.num_envs, engine)
 
     def start_of(episode: int) -> int:

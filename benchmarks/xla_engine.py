@@ -92,7 +92,7 @@ class Greedy:
     epsilon = 0.0
 
     def __init__(self, network: FusedNetwork, params: Any) -> None:
-        self._values, self._params = network.values, params
+        self._values, self._params = network.values_of_each, params
 
     def act(self, observations: Any) -> Any:
         """The greedy actions."""
@@ -147,8 +147,8 @@ def main() -> None:
     args = parser.parse_args()
     device.use_default()
     count, steps = args.num_envs, args.steps
-    fused = FusedNetwork(D, A, SHAPE)
     plain = QNetwork(D, A, SHAPE)
+    fused = FusedNetwork(plain)
     params = plain.init(jax.random.key(0))
     pool = make_pool("LunarLander-v3", count, "exact")
     episodes = begin(pool, int, count)

@@ -1,4 +1,4 @@
-"""JAX on the CPU, reproducible hypothesis, and the small worlds and agents that tests share."""
+"""JAX on the CPU, reproducible hypothesis, and small environments and agents for tests."""
 
 import gc
 import os
@@ -18,6 +18,7 @@ os.environ["OMP_NUM_THREADS"] = "1"  # tests run side by side
 import jax  # noqa: E402
 
 from touchdown.agents.dqn import DQNAgent  # noqa: E402
+from touchdown.agents.learners.factory import make_learner  # noqa: E402
 from touchdown.agents.networks import QNetwork  # noqa: E402
 from touchdown.config.config import Config  # noqa: E402
 from touchdown.config.sections import (  # noqa: E402
@@ -79,7 +80,7 @@ def new_agent() -> Callable[..., DQNAgent]:
             learning=LearningConfig(**{"batch_size": 16} | (learning or {})),
             training=TrainingConfig(**{"metrics_period": 1} | (training or {})),
         )
-        return DQNAgent(config, SPACES, streams(seed))
+        return DQNAgent(config, SPACES, streams(seed), make_learner(config, SPACES))
 
     return make
 
@@ -87,8 +88,8 @@ def new_agent() -> Callable[..., DQNAgent]:
 class Chain:
     """Five states in a row, seen one-hot; action 1 goes right, action 0 left.
 
-    Right of the last state the world ends and pays 8. Left of the first state is a wall: pushing
-    it pays a bait of 0.1. A time limit may truncate. The start is the seed modulo five.
+    Right of the last state the episode terminates and pays 8. Left of the first state is a wall:
+    pushing it pays a bait of 0.1. A time limit may truncate. The start is the seed modulo five.
     """
 
     STATES, GOAL, BAIT = 5, 8.0, 0.1
@@ -98,14 +99,14 @@ class Chain:
 
     @classmethod
     def model(cls, state: int, action: int) -> tuple[float, int | None]:
-        """The reward, and the next state, which is None where the world has ended."""
+        """The reward, and the next state, which is None after termination."""
         if action == 1:
             return (0.0, state + 1) if state + 1 < cls.STATES else (cls.GOAL, None)
         return (0.0, state - 1) if state else (cls.BAIT, 0)
 
     @classmethod
     def transitions(cls) -> dict[int, dict[int, list[tuple[float, int, float, bool]]]]:
-        """The model as Gymnasium's toy worlds have it."""
+        """The model as Gymnasium's toy-text environments have it."""
         return {
             state: {
                 action: [(1.0, after or 0, reward, after is None)]

@@ -1,4 +1,4 @@
-"""One world, one step: what tests say of agents that act in many side by side."""
+"""One environment, one step: short forms for tests of agents that act in many."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -23,10 +23,10 @@ def observe(
     *,
     terminated: bool = False,
     truncated: bool = False,
-    following: np.ndarray | None = None,
+    next_observation: np.ndarray | None = None,
 ) -> dict[str, float] | None:
     steps = StepResult(o_t[None], np.array([r_t]), np.array([terminated]), np.array([truncated]))
-    then = o_t if following is None else following
+    then = o_t if next_observation is None else next_observation
     return agent.observe(o_tm1[None], np.array([a_tm1]), steps, then[None])
 
 
@@ -35,7 +35,7 @@ def act(agent: Agent, observation: np.ndarray) -> int:
 
 
 def fly(agent: Agent, *envs: Any, start_of: Callable[[int], int] = int) -> Iterator[AgentStep]:
-    """The loop over these worlds from their first episodes on."""
+    """The loop over these environments from their first episodes on."""
     pool = StockEnvPool([MadeEnv(env, SPACES) for env in envs])
     agent.begin_episode(0)
     return interact(agent, pool, start_of, begin(pool, start_of, len(envs)))

@@ -7,7 +7,6 @@ from numpy.random import default_rng
 
 from stepping import act, fly, observe
 from touchdown.agents.dqn import DQNAgent
-from touchdown.agents.networks import GreedyPolicy, QNetwork
 from touchdown.core.types import StepResult
 
 NewAgent = Callable[..., DQNAgent]
@@ -20,24 +19,24 @@ def random_observations(count: int, seed: int = 0) -> np.ndarray:
 
 def feed(agent: DQNAgent, count: int, reward: float = -1.0) -> list[dict[str, float] | None]:
     """Random transitions; the agent's first observation is of a new episode."""
-    if agent.observations == 0:
+    if agent.env_steps == 0:
         agent.begin_episode(0)
-    rows = random_observations(count + 1, seed=agent.observations)
+    rows = random_observations(count + 1, seed=agent.env_steps)
     return [
         observe(agent, o_tm1, i % 2, reward, o_t) for i, (o_tm1, o_t) in enumerate(pairwise(rows))
     ]
 
 
 def online(agent: DQNAgent) -> np.ndarray:
-    return np.array(agent.state.online_params)
+    return np.array(agent.learner.state.online_params)
 
 
 def target(agent: DQNAgent) -> np.ndarray:
-    return np.array(agent.state.target_params)
+    return np.array(agent.learner.state.target_params)
 
 
 def greedy_action(agent: DQNAgent, observation: np.ndarray) -> int:
-    values = agent.model.values(agent.state.online_params, observation[None])
+    values = agent.learner.model.values(agent.learner.state.online_params, observation[None])
     return int(np.argmax(np.asarray(values)[0]))
 
 
@@ -53,7 +52,7 @@ def test_a_truncated_step_still_bootstraps_and_a_terminated_one_does_not(
         learning={"gamma": 0.7},
     )
     steps = list(islice(fly(agent, chain(limit=3)), 300))
-    records = agent.memory.ring.records
+    records = agent.replay.ring.records
     assert len(records) == len(steps) == 300
     ends = {True: 0, False: 0}
     for step, record in zip(steps, records, strict=True):
@@ -69,10 +68,10 @@ def test_a_truncated_step_still_bootstraps_and_a_terminated_one_does_not(
 def test_a_rewarded_transition_is_remembered_tau_times_more(new_agent: NewAgent):
     agent = new_agent(replay={"min_size": 1_000, "resaves": 3, "resave_threshold": 0.5})
     feed(agent, 2, reward=0.5)  # at the threshold exactly: not rewarded
-    assert len(agent.memory) == 2
+    assert len(agent.replay) == 2
     feed(agent, 1, reward=0.75)
-    assert len(agent.memory) == 2 + 4
-    assert agent.observations == 3  # copies are no observations
+    assert len(agent.replay) == 2 + 4
+    assert agent.env_steps == 3  # copies are no observations
 
 
 # --- when it learns ---
@@ -92,14 +91,14 @@ def test_no_update_before_the_memory_holds_its_least(new_agent: NewAgent):
 
 def test_copies_count_towards_the_least_that_the_memory_holds(new_agent: NewAgent):
     agent = new_agent(replay={"min_size": 8, "resaves": 3})
-    learnt = [metrics is not None for metrics in feed(agent, 3, reward=1.0)]
-    assert learnt == [False, True, True]  # four copies each
+    learned = [metrics is not None for metrics in feed(agent, 3, reward=1.0)]
+    assert learned == [False, True, True]  # four copies each
 
 
 def test_updates_come_once_a_period(new_agent: NewAgent):
     agent = new_agent(replay={"min_size": 5}, learning={"update_period": 4})
-    learnt = [metrics is not None for metrics in feed(agent, 17)]
-    assert [i for i, did in enumerate(learnt, start=1) if did] == [8, 12, 16]
+    learned = [metrics is not None for metrics in feed(agent, 17)]
+    assert [i for i, did in enumerate(learned, start=1) if did] == [8, 12, 16]
     assert agent.updates == 3
 
 
@@ -120,7 +119,7 @@ def test_target_is_copied_once_a_period_and_not_between(new_agent: NewAgent):
 def test_without_a_target_period_there_is_no_target_network(new_agent: NewAgent):
     agent = new_agent()
     feed(agent, 12)
-    assert agent.state.target_params is None
+    assert agent.learner.state.target_params is None
 
 
 # --- how it acts ---
@@ -170,7 +169,7 @@ def test_exploring_always_takes_every_action_equally_often(new_agent: NewAgent):
     assert mean == pytest.approx(0.5, abs=0.034)  # three standard deviations
 
 
-def test_the_action_that_the_update_looked_ahead_to_is_the_one_computed_apart(
+def test_the_next_action_by_the_updates_values_is_the_one_computed_apart(
     new_agent: NewAgent,
 ):
     agent = new_agent(replay={"min_size": 1}, exploration=GREEDY, learning={"learning_rate": 0.01})
@@ -178,16 +177,18 @@ def test_the_action_that_the_update_looked_ahead_to_is_the_one_computed_apart(
     rows, actions = random_observations(101), []
     for o_tm1, o_t in pairwise(rows):
         observe(agent, o_tm1, len(actions) % 2, 1.0, o_t)
-        assert agent._next_q is not None
-        apart = agent.model.values(agent.state.online_params, o_t[None])[0]
-        np.testing.assert_allclose(agent._next_q[0], apart, rtol=1e-4, atol=1e-5)
+        assert agent._actor.next_q is not None
+        apart = agent.learner.model.values(agent.learner.state.online_params, o_t[None])[0]
+        np.testing.assert_allclose(agent._actor.next_q[0], apart, rtol=1e-4, atol=1e-5)
         actions.append(act(agent, o_t))
         assert actions[-1] == greedy_action(agent, o_t)
     assert set(actions) == {0, 1}
 
 
 @pytest.mark.parametrize("between", ["an episode's end", "updates"])
-def test_values_looked_ahead_to_are_of_what_is_acted_on_next(between: str, new_agent: NewAgent):
+def test_the_updates_values_are_of_the_observation_that_is_acted_on_next(
+    between: str, new_agent: NewAgent
+):
     agent = new_agent(
         replay={"min_size": 1},
         exploration=GREEDY,
@@ -203,7 +204,7 @@ def test_values_looked_ahead_to_are_of_what_is_acted_on_next(between: str, new_a
         assert act(agent, left) == 0
         assert observe(agent, left, 0, 0.0, right) is None
     else:
-        observe(agent, left, 0, 0.0, left, terminated=True, following=right)
+        observe(agent, left, 0, 0.0, left, terminated=True, next_observation=right)
     assert act(agent, right) == 1
 
 
@@ -226,7 +227,7 @@ def test_two_agents_of_one_seed_are_identical_and_two_seeds_differ(new_agent: Ne
     assert one.updates > 150
     assert np.array_equal(online(one), online(same))
     assert np.array_equal(target(one), target(same))
-    assert np.array_equal(one.memory.ring.records, same.memory.ring.records)
+    assert np.array_equal(one.replay.ring.records, same.replay.ring.records)
     assert not np.isclose(online(one), online(other)).all()
 
 
@@ -250,17 +251,17 @@ def test_noise_explores_where_chance_does_not(new_agent: NewAgent):
     assert set(actions) == {0, 1}
 
 
-def test_the_values_looked_ahead_to_are_drawn_anew_with_each_update(new_agent: NewAgent):
+def test_the_values_of_the_next_actions_are_drawn_anew_with_each_update(new_agent: NewAgent):
     agent = noisy(new_agent, learning={"learning_rate": 1e-9})  # the weights stay as good as fixed
     feed(agent, 40)
     observation, seen = random_observations(1)[0], []
     for _ in range(10):
         observe(agent, observation, 0, 0.0, observation)
-        seen.append(np.asarray(agent._next_q))
+        seen.append(np.asarray(agent._actor.next_q))
     assert len(np.unique(np.array(seen).round(4), axis=0)) == 10
 
 
-def test_a_noisy_pilot_flies_the_means(new_agent: NewAgent):
+def test_a_noisy_policy_acts_by_the_mean_weights(new_agent: NewAgent):
     agent = noisy(new_agent)
     feed(agent, 40)
     rows = random_observations(40)
@@ -287,7 +288,7 @@ def test_a_noisy_agent_restored_by_its_counters_goes_on_as_if_nothing_had_been(
     feed(agent, 60)
     resumed.begin_episode(0)
     resumed.restore(agent.tensors(), agent.facts())
-    resumed._streams.replay.bit_generator.state = agent._streams.replay.bit_generator.state
+    resumed._rng.bit_generator.state = agent._rng.bit_generator.state
     rows = random_observations(31, seed=5)
     for o_tm1, o_t in pairwise(rows):
         actions = [act(it, o_tm1) for it in (agent, resumed)]
@@ -300,42 +301,14 @@ def test_a_noisy_agent_restored_by_its_counters_goes_on_as_if_nothing_had_been(
 # --- the policy ---
 
 
-def tied(network: QNetwork, params: np.ndarray) -> np.ndarray:
-    """Parameters of two actions whose values are the same sum in another order.
-
-    The second half of the last hidden layer doubles the first, and the actions weigh the halves
-    the other way round: which action is better is decided by nothing but rounding.
-    """
-    numbered = network.layers(np.arange(network.num_params, dtype=np.float32))
-    at = {name: np.asarray(places).astype(int) for name, places in numbered.items()}
-    for name in ("layers.1.weight", "layers.1.bias"):
-        params[at[name][8:]] = params[at[name][:8]]
-    one, other = at["layers.2.weight"]
-    params[other] = np.roll(params[one], 8)
-    params[at["layers.2.bias"]] = 0
-    return params
-
-
-def test_a_pilots_action_does_not_depend_on_who_flies_beside(network: QNetwork, new_agent):
-    policy = GreedyPolicy(network, tied(network, online(new_agent())))
-    observations = random_observations(200)  # more than six full calls
-    together = policy.act(observations)
-    left, right = np.asarray(network.values(policy._params, observations)).T
-    np.testing.assert_allclose(left, right, atol=1e-5)  # ties, but for rounding
-    alone = [policy.act(observations[i : i + 1]).item() for i in range(200)]
-    assert together.tolist() == alone
-    assert policy.act(observations[::-1]).tolist() == alone[::-1]
-    assert policy.act(observations[:33]).tolist() == alone[:33]
-
-
-def test_a_pilot_takes_the_action_of_highest_value(new_agent: NewAgent):
+def test_a_policy_takes_the_action_of_highest_value(new_agent: NewAgent):
     agent = new_agent()
     observations = random_observations(40)
     expected = [greedy_action(agent, observation) for observation in observations]
     assert agent.model.policy(agent.params()).act(observations).tolist() == expected
 
 
-def test_a_pilot_stays_as_it_was_when_its_agent_goes_on_learning(new_agent: NewAgent):
+def test_a_policy_stays_as_it_was_when_its_agent_goes_on_learning(new_agent: NewAgent):
     agent = new_agent(learning={"learning_rate": 0.01})
     feed(agent, 10)
     policy, observations = agent.model.policy(agent.params()), random_observations(500, seed=9)
@@ -349,7 +322,7 @@ def test_a_pilot_stays_as_it_was_when_its_agent_goes_on_learning(new_agent: NewA
 
 PARTS = {
     "double": {"learning": {"target_period": 7, "double": True}},
-    "follows": {"learning": {"polyak": 0.1}},
+    "soft updates": {"learning": {"polyak": 0.1}},
     "three steps": {"learning": {"n_step": 3}},
     "prioritized": {"replay": {"prioritized": True, "beta_duration": 20}},
     "re-saved": {"replay": {"resaves": 2}},
@@ -374,7 +347,7 @@ def together(*names: str) -> dict[str, dict]:
 def test_two_parts_learn_together_or_are_refused_with_the_reason(
     pair: tuple[str, str], new_agent: NewAgent
 ):
-    if set(pair) == {"double", "follows"}:  # two targets at once
+    if set(pair) == {"double", "soft updates"}:  # two targets at once
         with pytest.raises(ValueError, match="copied or follows, not both"):
             new_agent(**together(*pair))
         return
@@ -393,9 +366,9 @@ def test_two_parts_learn_together_or_are_refused_with_the_reason(
 def test_transitions_under_way_when_an_episode_is_cut_off_are_remembered(new_agent: NewAgent):
     agent = new_agent(learning={"n_step": 4, "gamma": 0.5})
     feed(agent, 5)
-    assert len(agent.memory) == 2
+    assert len(agent.replay) == 2
     observe(agent, *random_observations(1), 0, -1.0, *random_observations(1), truncated=True)
-    discounts = agent.memory.ring.records["discount_t"].tolist()
+    discounts = agent.replay.ring.records["discount_t"].tolist()
     assert discounts == [0.5**4] * 3 + [0.5**3, 0.5**2, 0.5]
 
 
@@ -426,10 +399,10 @@ def test_deep_sarsa_learns_the_values_of_its_own_exploring_policy(new_agent: New
     )
     for _ in islice(fly(agent, chain()), 4_000):
         pass
-    learnt = np.asarray(agent.model.values(agent.state.online_params, np.eye(5, dtype=np.float32)))
+    learned = agent.learner.values(np.eye(5, dtype=np.float32), 0)
     # of 8 halved a step, a policy that turns back now and then gets less: Q* has 0.5 and 4 here
-    np.testing.assert_allclose(learnt, chain.values_of_acting(0.5, 0.5), atol=0.15)
-    assert learnt[3, 1] < 3.7
+    np.testing.assert_allclose(learned, chain.values_of_acting(0.5, 0.5), atol=0.15)
+    assert learned[3, 1] < 3.7
 
 
 def test_sarsas_transitions_know_the_action_that_came_after(new_agent: NewAgent, chain):
@@ -439,8 +412,8 @@ def test_sarsas_transitions_know_the_action_that_came_after(new_agent: NewAgent,
         learning={"target": "sarsa"},
     )
     steps = list(islice(fly(agent, chain(limit=4)), 200))
-    records = agent.memory.ring.records
-    assert 199 <= len(agent.memory) <= 200  # the last one may be waiting
+    records = agent.replay.ring.records
+    assert 199 <= len(agent.replay) <= 200  # the last one may be waiting
     after_cut = []
     for step, following, record in zip(steps, steps[1:], records, strict=False):
         assert np.array_equal(record["o_t"], step.steps.observations[0])
@@ -451,19 +424,19 @@ def test_sarsas_transitions_know_the_action_that_came_after(new_agent: NewAgent,
     assert set(after_cut) == {0, 1}
 
 
-# --- many worlds, several updates ---
+# --- many environments, several updates ---
 
 
-def observe_together(agent: DQNAgent, times: int, worlds: int) -> list[bool]:
-    """Steps of worlds side by side; whether each gave metrics."""
-    if agent.observations == 0:
+def observe_together(agent: DQNAgent, times: int, num_envs: int) -> list[bool]:
+    """Steps of several environments; whether each gave metrics."""
+    if agent.env_steps == 0:
         agent.begin_episode(0)
     measured = []
     for _ in range(times):
-        rows = random_observations(2 * worlds, seed=agent.observations).reshape(2, worlds, 5)
-        no = np.zeros(worlds, bool)
-        steps = StepResult(rows[1], -np.ones(worlds), no, no)
-        metrics = agent.observe(rows[0], np.arange(worlds) % 2, steps, rows[1])
+        rows = random_observations(2 * num_envs, seed=agent.env_steps).reshape(2, num_envs, 5)
+        no = np.zeros(num_envs, bool)
+        steps = StepResult(rows[1], -np.ones(num_envs), no, no)
+        metrics = agent.observe(rows[0], np.arange(num_envs) % 2, steps, rows[1])
         measured.append(metrics is not None)
     return measured
 
@@ -479,7 +452,7 @@ def observe_together(agent: DQNAgent, times: int, worlds: int) -> list[bool]:
     ],
     ids=str,
 )
-def test_updates_of_a_step_of_four_worlds_are_the_periods_that_it_crosses(
+def test_updates_of_a_step_of_four_environments_are_the_periods_that_it_crosses(
     learning: dict, updates: list[int], new_agent: NewAgent
 ):
     agent = new_agent(replay={"min_size": 4}, learning=learning, training={"num_envs": 4})
@@ -488,7 +461,7 @@ def test_updates_of_a_step_of_four_worlds_are_the_periods_that_it_crosses(
         observe_together(agent, 1, 4)
         done.append(agent.updates)
     assert done == updates
-    assert agent.observations == 16
+    assert agent.env_steps == 16
 
 
 def test_the_target_is_copied_where_a_step_crosses_its_period(new_agent: NewAgent):
@@ -530,8 +503,8 @@ def test_several_updates_in_one_call_are_the_same_as_one_after_the_other(new_age
     np.testing.assert_allclose(online(at_once), online(one_by_one), rtol=1e-5, atol=1e-7)
 
 
-def test_worlds_side_by_side_remember_what_each_would_alone(new_agent: NewAgent, chain):
-    """Returns of three steps are gathered in each world apart."""
+def test_environments_together_store_what_each_would_alone(new_agent: NewAgent, chain):
+    """Returns of three steps are summed in each environment by itself."""
     settings = {
         "replay": {"min_size": 1_000},
         "exploration": {"schedule": "constant", "epsilon_start": 0.0},
@@ -542,12 +515,12 @@ def test_worlds_side_by_side_remember_what_each_would_alone(new_agent: NewAgent,
     for _ in islice(fly(together, *(chain(limit=6) for _ in starts), start_of=int), 6):
         pass
     remembered = {
-        record.tobytes() for record in together.memory.ring.records[: len(together.memory)]
+        record.tobytes() for record in together.replay.ring.records[: len(together.replay)]
     }
     alone = new_agent(**settings)
     for _ in islice(fly(alone, chain(limit=6), start_of=lambda _: 1), 6):
         pass
-    expected = {record.tobytes() for record in alone.memory.ring.records[: len(alone.memory)]}
+    expected = {record.tobytes() for record in alone.replay.ring.records[: len(alone.replay)]}
     assert len(expected) > 3
     assert expected <= remembered
 

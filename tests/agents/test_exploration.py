@@ -64,7 +64,7 @@ def test_exploring_happens_as_often_as_epsilon_says():
 
 
 @pytest.mark.parametrize("epsilon", [0.0, 0.5, 1.0])
-def test_exploring_draws_one_number_for_each_world_whatever_epsilon_is(epsilon: float):
+def test_exploring_draws_one_number_for_each_environment_whatever_epsilon_is(epsilon: float):
     rng, twin = default_rng(7), default_rng(7)
     exploration.explore(epsilon, 3, rng)
     for _ in range(3):
@@ -72,7 +72,7 @@ def test_exploring_draws_one_number_for_each_world_whatever_epsilon_is(epsilon: 
     assert rng.bit_generator.state == twin.bit_generator.state
 
 
-# --- actions of N worlds ---
+# --- actions in N environments ---
 
 
 def greedy(epsilon: float, seed: int = 0, num_actions: int = 4) -> exploration.EpsilonGreedy:
@@ -82,7 +82,7 @@ def greedy(epsilon: float, seed: int = 0, num_actions: int = 4) -> exploration.E
     return chooser
 
 
-def test_without_exploring_each_world_gets_its_best_action_the_first_of_equals():
+def test_without_exploring_each_environment_gets_its_best_action_the_first_of_equals():
     q = np.array([[0.0, 3, 1, 2], [5, 5, 0, 5], [-4, -3, -2, -1]])
     assert greedy(0.0).act(3, lambda: q).tolist() == [1, 0, 3]
 
@@ -95,7 +95,7 @@ def test_values_are_not_asked_for_where_every_action_is_random():
     assert np.bincount(actions, minlength=4) == pytest.approx(1_000, abs=82)  # three deviations
 
 
-def test_values_are_asked_for_once_where_some_world_acts_by_them():
+def test_values_are_asked_for_once_where_some_action_is_greedy():
     asked: list[int] = []
 
     def values() -> np.ndarray:
@@ -108,7 +108,7 @@ def test_values_are_asked_for_once_where_some_world_acts_by_them():
     assert share == pytest.approx(0.6 + 0.4 / 4, abs=0.044)  # chance takes the best one too
 
 
-def test_one_world_draws_whether_to_explore_and_then_only_an_action_that_it_needs():
+def test_one_environment_draws_whether_to_explore_and_then_only_an_action_that_it_needs():
     chooser, twin = greedy(0.5, seed=3), default_rng(3)
     q = np.array([[0.0, 1.0, 0.0, 0.0]])
     expected = [int(twin.integers(4)) if twin.random() < 0.5 else 1 for _ in range(200)]

@@ -6,7 +6,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from stepping import fly
-from touchdown.agents import tabular_math
+from touchdown.agents.learners.factory import make_learner
+from touchdown.agents.planning import read_model, value_iteration
 from touchdown.agents.pqn import PQNAgent
 from touchdown.config.config import Config
 from touchdown.config.sections import (
@@ -20,7 +21,7 @@ from touchdown.core.seeding import streams
 from touchdown.core.types import Spaces, StepResult
 
 SPACES = Spaces(observation_size=5, num_actions=2)
-WORLDS = 4
+NUM_ENVS = 4
 SEEN = np.eye(5, dtype=np.float32)
 
 
@@ -41,30 +42,30 @@ def new_pqn(
             **{"rollout_steps": 8, "epochs": 2, "minibatches": 2, "trace_decay": 0.5}
             | (rollout or {})
         ),
-        training=TrainingConfig(num_envs=WORLDS, metrics_period=metrics_period),
+        training=TrainingConfig(num_envs=NUM_ENVS, metrics_period=metrics_period),
     )
-    agent = PQNAgent(config, SPACES, streams(seed))
+    agent = PQNAgent(config, SPACES, streams(seed), make_learner(config, SPACES))
     agent.begin_episode(0)
     return agent
 
 
 def online(agent: PQNAgent) -> np.ndarray:
-    return np.array(agent.state.online_params)
+    return np.array(agent.learner.state.online_params)
 
 
 def taught(agent: PQNAgent, steps: int, chain, limit: int = 20) -> PQNAgent:
-    for _ in islice(fly(agent, *(chain(limit) for _ in range(WORLDS))), steps):
+    for _ in islice(fly(agent, *(chain(limit) for _ in range(NUM_ENVS))), steps):
         pass
     return agent
 
 
 def random_rows(count: int, seed: int = 0) -> np.ndarray:
-    return np.random.default_rng(seed).normal(size=(count, WORLDS, 5)).astype(np.float32)
+    return np.random.default_rng(seed).normal(size=(count, NUM_ENVS, 5)).astype(np.float32)
 
 
 def feed(agent: PQNAgent, rows: np.ndarray) -> list[bytes]:
     """Random steps; gives the actions that the agent chose for them."""
-    no = np.zeros(WORLDS, bool)
+    no = np.zeros(NUM_ENVS, bool)
     acted = []
     for o_tm1, o_t in pairwise(rows):
         actions = agent.act(o_tm1)
@@ -79,8 +80,8 @@ def test_without_looking_further_it_learns_the_values_of_value_iteration(chain):
         rollout={"trace_decay": 0.0},
     )
     taught(agent, 1_200, chain)
-    best = tabular_math.value_iteration(tabular_math.read_model(chain.transitions()), 0.5)
-    assert_allclose(agent.model.values(agent.state.online_params, SEEN), best, atol=0.1)
+    best = value_iteration(read_model(chain.transitions()), 0.5)
+    assert_allclose(agent.learner.values(SEEN, 0), best, atol=0.1)
 
 
 def test_with_long_returns_it_learns_the_way_along_a_chain(chain):
@@ -96,15 +97,15 @@ def test_an_episode_cut_off_still_bootstraps_and_one_that_ended_does_not(
         learning={"learning_rate_end": 1e-4, "learning_rate_duration": 700},
         rollout={"trace_decay": 0.9},
     )
-    here, there = (np.repeat(SEEN[[state]], WORLDS, axis=0) for state in (0, 2))
-    ends, no = np.ones(WORLDS, bool), np.zeros(WORLDS, bool)
-    steps = StepResult(here, np.ones(WORLDS), *((ends, no) if terminated else (no, ends)))
-    decoy = StepResult(there, np.full(WORLDS, 8.0), ends, no)
+    here, there = (np.repeat(SEEN[[state]], NUM_ENVS, axis=0) for state in (0, 2))
+    ends, no = np.ones(NUM_ENVS, bool), np.zeros(NUM_ENVS, bool)
+    steps = StepResult(here, np.ones(NUM_ENVS), *((ends, no) if terminated else (no, ends)))
+    decoy = StepResult(there, np.full(NUM_ENVS, 8.0), ends, no)
     for _ in range(1_200):  # every step is an episode's last; the next one's 8 is nothing to it
         agent.observe(here, agent.act(here), steps, there)
         agent.observe(there, agent.act(there), decoy, here)
-    learnt = np.asarray(agent.model.values(agent.state.online_params, SEEN[[0, 2]]))
-    assert_allclose(learnt.max(axis=1), [value, 8], atol=0.1)  # 1/(1 − ½), or 1
+    learned = agent.learner.values(SEEN[[0, 2]], 0)
+    assert_allclose(learned.max(axis=1), [value, 8], atol=0.1)  # 1/(1 − ½), or 1
 
 
 def test_it_learns_once_a_rollout_is_whole_from_minibatches_of_all_of_it():
@@ -118,14 +119,14 @@ def test_it_learns_once_a_rollout_is_whole_from_minibatches_of_all_of_it():
         weights.append(online(agent))
         assert not np.array_equal(*weights[-2:])
         assert agent.updates == 4 * (len(weights) - 1)  # two epochs of two minibatches
-    assert agent.observations == 24 * WORLDS
+    assert agent.env_steps == 24 * NUM_ENVS
 
 
 def test_metrics_come_once_a_period_of_updates():
-    agent, no = new_pqn(metrics_period=6), np.zeros(WORLDS, bool)
+    agent, no = new_pqn(metrics_period=6), np.zeros(NUM_ENVS, bool)
     given = []
     for o_tm1, o_t in pairwise(random_rows(49)):
-        steps = StepResult(o_t, np.ones(WORLDS), no, no)
+        steps = StepResult(o_t, np.ones(NUM_ENVS), no, no)
         given.append(agent.observe(o_tm1, agent.act(o_tm1), steps, o_t) is not None)
     # after 4, 8, 12, 16, 20 and 24 updates, a rollout each
     assert [at for at, measured in enumerate(given, start=1) if measured] == [16, 24, 40, 48]
@@ -137,8 +138,8 @@ def test_an_agent_restored_in_mid_rollout_goes_on_as_if_nothing_had_been(steps: 
     agent, resumed = new_pqn(), new_pqn()
     feed(agent, rows[: steps + 1])
     resumed.restore(agent.tensors(), agent.facts())
-    for ours, theirs in zip(agent._streams, resumed._streams, strict=True):
-        theirs.bit_generator.state = ours.bit_generator.state
+    for rng_of in (lambda it: it._rng, lambda it: it._actor._explorer._rng):
+        rng_of(resumed).bit_generator.state = rng_of(agent).bit_generator.state
     assert feed(agent, rows[steps:]) == feed(resumed, rows[steps:])
     assert_array_equal(online(agent), online(resumed))
     assert agent.facts() == resumed.facts()
@@ -150,9 +151,9 @@ def test_one_seed_repeats_and_another_differs(chain):
     assert not np.isclose(online(one), online(other)).all()
 
 
-def test_values_looked_ahead_to_are_those_computed_apart():
+def test_the_values_of_the_next_actions_are_those_computed_apart():
     agent, rows = new_pqn(), random_rows(9)
     feed(agent, rows)
-    assert agent._next_q is not None
-    apart = agent.model.values(agent.state.online_params, rows[-1])
-    assert_allclose(agent._next_q, apart, rtol=1e-4, atol=1e-5)
+    assert agent._actor.next_q is not None
+    apart = agent.learner.values(rows[-1], 0)
+    assert_allclose(agent._actor.next_q, apart, rtol=1e-4, atol=1e-5)

@@ -1,5 +1,4 @@
 from collections.abc import Callable
-from dataclasses import replace
 from itertools import islice, pairwise
 from typing import Any
 
@@ -9,9 +8,9 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from stepping import act, fly, observe
-from touchdown.agents import registry, tabular_math
-from touchdown.agents.tabular import QTable, TabularAgent, states_of
-from touchdown.agents.tabular_math import Grid, OneHot
+from touchdown.agents import registry
+from touchdown.agents.planning import read_model, value_iteration
+from touchdown.agents.tabular import TabularAgent
 from touchdown.config.config import Config
 from touchdown.config.sections import ExplorationConfig, LearningConfig, TableConfig, TrainingConfig
 from touchdown.core.errors import UserError
@@ -33,6 +32,7 @@ def new_table(
     learning: dict[str, Any] | None = None,
     table: dict[str, Any] | None = None,
     num_envs: int = 1,
+    metrics_period: int = 1,
 ) -> TabularAgent:
     config = Config(
         seed=seed,
@@ -42,7 +42,7 @@ def new_table(
         ),
         learning=LearningConfig(**{"gamma": 0.5} | (learning or {})),
         table=TableConfig(**table or {}),
-        training=TrainingConfig(metrics_period=1, num_envs=num_envs),
+        training=TrainingConfig(metrics_period=metrics_period, num_envs=num_envs),
     )
     agent = TabularAgent(config, spaces, streams(seed))
     agent.begin_episode(0)
@@ -70,7 +70,7 @@ def taught(agent: TabularAgent, steps: int, *envs: Any) -> TabularAgent:
 
 def test_q_learning_comes_to_the_values_of_value_iteration(chain):
     agent = taught(new_table(learning={"learning_rate": 0.5}), 3_000, chain())
-    best = tabular_math.value_iteration(tabular_math.read_model(chain.transitions()), 0.5)
+    best = value_iteration(read_model(chain.transitions()), 0.5)
     assert best[4].tolist() == [2, 8]
     assert_allclose(agent.q, best, atol=1e-6)
     assert agent.model.policy(agent.params()).act(SEEN).tolist() == [1] * 5
@@ -90,7 +90,7 @@ def test_sarsa_comes_to_the_values_of_its_own_exploring_policy(target: str, chai
     assert_allclose(agent.q, exact, atol=0.02 if target == "expected-sarsa" else 0.1)
 
 
-def test_worlds_side_by_side_teach_one_table(chain):
+def test_several_environments_teach_one_table(chain):
     for target in ("q-learning", "sarsa"):
         agent = new_table(
             exploration={"schedule": "linear", "epsilon_end": 0.0, "epsilon_duration": 1_500},
@@ -98,7 +98,7 @@ def test_worlds_side_by_side_teach_one_table(chain):
             num_envs=3,
         )
         taught(agent, 1_000, *(chain() for _ in range(3)))
-        assert agent.observations == 3_000
+        assert agent.env_steps == 3_000
         assert agent.q[4, 1] == pytest.approx(8)
         assert agent.q.argmax(axis=1).tolist() == [1] * 5
 
@@ -116,7 +116,7 @@ def test_value_iteration_of_the_frozen_lake_is_done_in_sweeps_of_the_agent(slipp
     assert [entry is not None for entry in metrics] == [False, True] * 300
     assert_allclose(
         agent.q,
-        tabular_math.value_iteration(tabular_math.read_model(transitions.P), 0.9),
+        value_iteration(read_model(transitions.P), 0.9),
         atol=1e-9,
     )
     assert metrics[-1]["loss"] == pytest.approx(0, abs=1e-12)
@@ -166,7 +166,7 @@ def test_a_terminated_step_does_not_bootstrap(target: str):
     assert agent.q[0].tolist() == [0, 3]
 
 
-def test_both_of_sarsas_last_steps_are_learnt_when_the_world_ends():
+def test_both_of_sarsas_last_steps_are_learned_when_the_episode_terminates():
     agent = learning_by("sarsa")
     agent.q[1] = 4, 8
     step(agent, 0, 1, 1.0, 1)
@@ -180,7 +180,7 @@ def test_both_of_sarsas_last_steps_are_learnt_when_the_world_ends():
 def test_a_truncated_episode_bootstraps_with_the_action_that_would_have_come(target: str):
     agent = learning_by(target)
     agent.q[1], agent.q[2] = (4, 8), (64, 32)
-    step(agent, 0, 1, 1.0, 1, truncated=True, following=SEEN[2])
+    step(agent, 0, 1, 1.0, 1, truncated=True, next_observation=SEEN[2])
     assert agent.q[0].tolist() == [0, 2.5]  # without exploring it is the best one of state 1
     step(agent, 2, 1, 0.0, 3)
     assert agent.q[0].tolist() == [0, 2.5]
@@ -204,7 +204,7 @@ def test_a_table_starts_as_high_as_it_is_told():
     assert np.all(new_table(table={"initial_value": 3.0}).q == 3)
 
 
-def test_each_world_of_sarsa_waits_for_its_own_action():
+def test_each_environment_of_sarsa_waits_for_its_own_action():
     agent = learning_by("sarsa", num_envs=2)
     agent.q[1], agent.q[2] = (4, 8), (16, 32)
     no = np.zeros(2, bool)
@@ -220,69 +220,7 @@ def test_each_world_of_sarsa_waits_for_its_own_action():
     assert agent.q[3].tolist() == [0, 8.5]  # ½·(1 + ½·32)
 
 
-# --- states ---
-
-
-def test_states_are_those_of_a_discrete_world_or_the_parts_of_a_box():
-    assert states_of(TableConfig(), SPACES) == OneHot(5)
-    cut = TableConfig(bins=(2, 3), bins_low=(-2, -2), bins_high=(2, 2))
-    assert states_of(cut, BOX) == Grid((2, 3), (-2.0, -2.0), (2.0, 2.0))
-    assert states_of(TableConfig(bins=(2, 3)), BOX) == Grid((2, 3), BOX.low, BOX.high)
-    half = TableConfig(bins=(2, 3), bins_low=(-2, -2))
-    assert states_of(half, BOX) == Grid((2, 3), (-2.0, -2.0), BOX.high)
-
-
-@pytest.mark.parametrize(
-    ("config", "spaces", "said"),
-    [
-        (
-            TableConfig(bins=(4,)),
-            SPACES,
-            "bins = (4,): must stay () in a world of 5 states, which are not cut any more",
-        ),
-        (
-            TableConfig(),
-            BOX,
-            (
-                "bins = (): must be 2 numbers, into how many parts a table cuts each of the "
-                "observation's dimensions, such as --bins 4 4"
-            ),
-        ),
-        (
-            TableConfig(bins=(4, 4, 4)),
-            BOX,
-            (
-                "bins = (4, 4, 4): must be 2 numbers, into how many parts a table cuts each of the "
-                "observation's dimensions, such as --bins 4 4"
-            ),
-        ),
-        (
-            TableConfig(bins=(4, 4)),
-            BOX._replace(low=(-1.0, -np.inf)),
-            (
-                "bins_low = (): must be 2 numbers, as this world's own bounds are not all finite: "
-                "-1, -inf"
-            ),
-        ),
-        (
-            TableConfig(bins=(4, 4), bins_low=(-1, -1)),
-            BOX._replace(high=(float(np.finfo(np.float32).max), 1.0)),
-            (
-                "bins_high = (): must be 2 numbers, as this world's own bounds are not all finite: "
-                "3.403e+38, 1"
-            ),
-        ),
-        (
-            TableConfig(bins=(4, 4), bins_low=(2, 2)),
-            BOX,
-            "bins = (4, 4): need a finite low below a finite high, got 2.0 and 1.0",
-        ),
-    ],
-)
-def test_bins_that_do_not_fit_the_world_are_refused(config: TableConfig, spaces: Spaces, said: str):
-    with pytest.raises(UserError) as refused:
-        states_of(config, spaces)
-    assert str(refused.value) == said
+# --- what fits ---
 
 
 @pytest.mark.parametrize("refusing", [TabularAgent, registry.check_fits])
@@ -303,7 +241,7 @@ def test_a_model_that_is_none_is_refused_in_one_line():
     )
 
 
-def test_a_network_fits_every_world():
+def test_a_network_fits_every_environment():
     registry.check_fits(Config(), BOX)
     registry.check_fits(Config(algorithm="pqn"), SPACES)
 
@@ -328,8 +266,8 @@ def test_a_restored_agent_goes_on_as_if_nothing_had_been(target: str, chain):
     resumed = new_table(**settings)
     resumed.restore({n: {k: v.copy() for k, v in g.items()} for n, g in agent.tensors().items()},
                     agent.facts())  # fmt: skip
-    generator = agent._explorer._rng.bit_generator
-    resumed._explorer._rng.bit_generator.state = generator.state
+    generator = agent._actor._explorer._rng.bit_generator
+    resumed._actor._explorer._rng.bit_generator.state = generator.state
     resumed.recall(0, SEEN[0], 1, 0.0, o_tm1)
     resumed.recall(0, o_tm1, 0, 0.25, o_t)
     for before, after in pairwise(np.random.default_rng(1).integers(5, size=200)):
@@ -357,34 +295,10 @@ def test_one_seed_repeats_and_another_differs(chain):
     assert not np.array_equal(tables[0], tables[2])
 
 
-def test_a_table_comes_back_from_its_layers_and_another_is_refused():
-    table = QTable(OneHot(2), 3, TableConfig())
-    params = np.arange(6.0)
-    assert_array_equal(table.params_of(table.layers(params)), params)
-    for layers, said in [
-        ({}, r"it holds \[\], a table has q"),
-        ({"q": np.zeros((3, 2))}, r"q is float64\(3, 2\), must be float64\(2, 3\)"),
-        ({"q": np.zeros((2, 3), np.float32)}, r"q is float32\(2, 3\), must be float64\(2, 3\)"),
-    ]:
-        with pytest.raises(ValueError, match=said):
-            table.params_of(layers)
-
-
-def test_a_pilot_of_a_cut_box_flies_the_best_action_of_each_part():
-    cut = TableConfig(bins=(2, 1), bins_low=(-1, 0), bins_high=(1, 1))
-    table = QTable(states_of(cut, BOX), 3, cut)
-    policy = table.policy(np.array([0.0, 2, 1, 0, 0, 5]))
-    assert policy.act(np.array([[-9.0, 0], [-0.1, 9], [0.1, 0]])).tolist() == [1, 1, 2]
-    assert table.describe() == {
-        "table": {"bins": (2, 1), "bins_low": (-1.0, 0.0), "bins_high": (1.0, 1.0)}
-    }
-
-
 def test_metrics_come_once_a_period_of_updates(chain):
-    agent = new_table(num_envs=4)
-    agent._config = replace(agent._config, training=TrainingConfig(num_envs=4, metrics_period=6))
-    moments = islice(fly(agent, *(chain() for _ in range(4))), 6)
+    agent = new_table(num_envs=4, metrics_period=6)
+    steps = islice(fly(agent, *(chain() for _ in range(4))), 6)
     # after 4, 8, 12, 16, 20 and 24 updates
-    assert [agent_step.metrics is not None for agent_step in moments] == [
+    assert [agent_step.metrics is not None for agent_step in steps] == [
         False, True, True, False, True, True
     ]  # fmt: skip

@@ -126,7 +126,7 @@ def test_atoms_that_nothing_moves_keep_their_probabilities():
     assert_allclose(projected(ENDS, [[0.2, 0.3, 0.5]], [0], [1]), [[0.2, 0.3, 0.5]])
 
 
-def test_where_the_world_ended_the_reward_is_all_of_the_return():
+def test_where_the_episode_terminated_the_reward_is_all_of_the_return():
     phi = projected(ENDS, [[0.9, 0, 0.1], [0.9, 0, 0.1]], [0.75, 0.75], [0, 1])
     assert_allclose(phi[0], [0, 0.25, 0.75])
     assert_allclose(phi[1], [0.9 * 0.25, 0.9 * 0.75, 0.1], rtol=1e-6)  # ends at -¼, and past 1
@@ -201,7 +201,7 @@ def test_sarsa_error_bootstraps_from_the_action_taken_next_though_another_is_bet
     assert_allclose(delta, [-3.0, -6.0])  # 1 + ½·2 − 5; 1 − ½·8 − 3
 
 
-def test_sarsa_error_asks_nothing_of_the_next_action_where_the_world_ended():
+def test_sarsa_error_does_not_depend_on_the_next_action_after_termination():
     q_tm1, a_tm1, r_t, q_t = jnp.array([[5.0, 9.0]]), jnp.array([0]), jnp.ones(1), jnp.ones((1, 2))
     for a_t in (0, 1):
         delta = sarsa_error(q_tm1, a_tm1, r_t, jnp.zeros(1), 100 * q_t, jnp.array([a_t]))
@@ -214,7 +214,7 @@ DECOY = 1e6  # a value that must not be looked at
 
 
 def returns_of(r_t, discount_t, best_t, truncated, trace_decay) -> list[float]:
-    """λ-returns of one world."""
+    """λ-returns of one environment."""
     columns = [jnp.array(row, float)[:, None] for row in (r_t, discount_t, best_t, truncated)]
     returns = lambda_returns(*columns, trace_decay)
     assert returns.shape == (len(r_t), 1)
@@ -237,7 +237,7 @@ def test_a_lambda_between_mixes_what_follows_with_the_best_value():
 
 
 @pytest.mark.parametrize("trace_decay", [0.0, 0.5, 1.0])
-def test_nothing_is_looked_at_past_the_end_of_the_world(trace_decay: float):
+def test_nothing_after_termination_is_part_of_the_return(trace_decay: float):
     returns = returns_of([DECOY, 2, 4], [0.5, 0, 0.5], [0, DECOY, 8], [0, 0, 0], trace_decay)
     assert_allclose(returns[1:], [2, 8])
 
@@ -247,7 +247,7 @@ def test_an_episode_cut_off_bootstraps_there_and_its_successor_is_not_looked_at(
     assert_allclose(returns[:2], [7, 12])  # 1 + ½·12, 2 + ½·20
 
 
-def test_lambda_returns_are_a_loop_over_steps_and_worlds():
+def test_lambda_returns_are_a_loop_over_steps_and_environments():
     rng = default_rng(0)
     r_t, best_t = rng.normal(size=(2, 9, 5))
     discount_t = rng.choice([0.0, 0.9], (9, 5), p=[0.3, 0.7])

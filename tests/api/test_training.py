@@ -125,7 +125,10 @@ def test_a_run_that_lost_its_map_draws_it_again(tmp_path):
     ("config", "said"),
     [
         (lake(env_id="CartPole-v1"), r"bins = \(\): must be 4 numbers"),
-        (lake(env_id="CliffWalking-v1", table=TableConfig(bins=(4,))), "must stay .. in a world"),
+        (
+            lake(env_id="CliffWalking-v1", table=TableConfig(bins=(4,))),
+            "must be .. for an environment",
+        ),
         (
             replace(presets.preset("value-iteration"), env_id="CartPole-v1"),
             "env_id 'CartPole-v1': its model is not known",

@@ -48,12 +48,12 @@ from touchdown.cli import app
         (["train", "--env-id=Pendulum-v1"], "its action space is Box"),
         (["train", "--env-id=Blackjack-v1"], "its observation space is Tuple"),
         (["train", "tabular-q", "--env-id=Blackjack-v1"], "its observation space is Tuple"),
-        (["train", "tabular-q", "--bins", "4"], "bins = (4,): must stay () in a world of 16"),
+        (["train", "tabular-q", "--bins", "4"], "bins = (4,): must be () for an environment of 16"),
         (["train", "tabular-q", "--bins", "x"], "--bins: Could not find valid parse"),
         (["train", "tabular-q", "--env-id=CartPole-v1"], "bins = (): must be 4 numbers"),
         (
             ["train", "tabular-q", "--env-id=CartPole-v1", "--bins", "4", "4", "4", "4"],
-            "bins_low = (): must be 4 numbers, as this world's own bounds are not all finite",
+            "bins_low = (): must be 4 numbers, as the environment's own bounds are not all finite",
         ),
         (
             ["train", "tabular-q", "--env-id=MountainCar-v0", "--bins=4", "--bins-low", "-1", "0"],

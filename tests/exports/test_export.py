@@ -10,9 +10,9 @@ import pytest
 import yaml
 
 import touchdown
-from touchdown.agents.dqn import make_network
-from touchdown.agents.tabular import QTable
-from touchdown.agents.tabular_math import OneHot
+from touchdown.agents.networks import make_network
+from touchdown.agents.qtable import QTable
+from touchdown.agents.states import OneHot
 from touchdown.config import presets
 from touchdown.config.config import Config
 from touchdown.core import files

@@ -5,8 +5,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from touchdown.agents.networks import QNetwork
-from touchdown.agents.tabular import QTable
-from touchdown.agents.tabular_math import Grid, OneHot
+from touchdown.agents.qtable import QTable
+from touchdown.agents.states import Grid, OneHot
 from touchdown.config.sections import NetworkConfig, TableConfig
 from touchdown.exports.graph import IR_VERSION, OPSET, onnx_model
 from touchdown.policies.foreign.onnx import OnnxModel

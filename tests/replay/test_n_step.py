@@ -11,21 +11,24 @@ def observation(time: int) -> np.ndarray:
     return np.array([time], np.float32)
 
 
-def flown(n: int, rewards: list[float], *, terminated: bool, gamma: float = 0.5) -> list:
+def transitions_of(n: int, rewards: list[float], *, terminated: bool, gamma: float = 0.5) -> list:
     """The transitions of one episode with these rewards, as plain values."""
-    steps, whole = NStep(n, gamma), []
+    steps, complete = NStep(n, gamma), []
     for time, reward in enumerate(rewards):
         ends = terminated and time == len(rewards) - 1
-        whole += steps.push(observation(time), time, reward, observation(time + 1), terminated=ends)
-    whole += steps.cut()
+        complete += steps.push(
+            observation(time), time, reward, observation(time + 1), terminated=ends
+        )
+    complete += steps.truncate()
     return [
-        (int(e.o_tm1[0]), e.a_tm1, e.r_t, e.discount_t, int(e.o_t[0]), e.terminated) for e in whole
+        (int(e.o_tm1[0]), e.a_tm1, e.r_t, e.discount_t, int(e.o_t[0]), e.terminated)
+        for e in complete
     ]
 
 
 def test_three_steps_gather_their_rewards_and_bootstrap_where_they_end():
-    whole = flown(3, [1.0, 2.0, 4.0, 8.0], terminated=True)
-    assert whole == [
+    complete = transitions_of(3, [1.0, 2.0, 4.0, 8.0], terminated=True)
+    assert complete == [
         (0, 0, 1 + 2 / 2 + 4 / 4, 1 / 8, 3, False),
         (1, 1, 2 + 4 / 2 + 8 / 4, 0.0, 4, True),
         (2, 2, 4 + 8 / 2, 0.0, 4, True),
@@ -33,9 +36,9 @@ def test_three_steps_gather_their_rewards_and_bootstrap_where_they_end():
     ]
 
 
-def test_an_episode_cut_off_still_bootstraps_from_its_last_observation():
-    whole = flown(3, [1.0, 2.0, 4.0, 8.0], terminated=False)
-    assert whole[1:] == [
+def test_a_truncated_episode_still_bootstraps_from_its_last_observation():
+    complete = transitions_of(3, [1.0, 2.0, 4.0, 8.0], terminated=False)
+    assert complete[1:] == [
         (1, 1, 2 + 4 / 2 + 8 / 4, 1 / 8, 4, False),
         (2, 2, 4 + 8 / 2, 1 / 4, 4, False),
         (3, 3, 8.0, 1 / 2, 4, False),
@@ -50,9 +53,9 @@ def test_an_episode_cut_off_still_bootstraps_from_its_last_observation():
 def test_every_step_begins_one_transition_whose_return_is_the_sum_written_out(
     n: int, rewards: list[float], terminated: bool
 ):
-    whole = flown(n, rewards, terminated=terminated, gamma=0.9)
-    assert [row[0] for row in whole] == list(range(len(rewards)))
-    for start, _, total, discount, end, ended in whole:
+    complete = transitions_of(n, rewards, terminated=terminated, gamma=0.9)
+    assert [row[0] for row in complete] == list(range(len(rewards)))
+    for start, _, total, discount, end, ended in complete:
         assert end == min(start + n, len(rewards))
         assert total == pytest.approx(
             sum(0.9**k * reward for k, reward in enumerate(rewards[start:end]))
@@ -63,16 +66,16 @@ def test_every_step_begins_one_transition_whose_return_is_the_sum_written_out(
 
 def test_one_step_is_the_transition_itself():
     o_tm1, o_t = observation(1), observation(2)
-    [whole] = NStep(1, 0.9).push(o_tm1, 3, 5.0, o_t, terminated=False)
-    assert whole == Transition(o_tm1, 3, 5.0, 0.9, o_t, terminated=False)
+    [complete] = NStep(1, 0.9).push(o_tm1, 3, 5.0, o_t, terminated=False)
+    assert complete == Transition(o_tm1, 3, 5.0, 0.9, o_t, terminated=False)
 
 
 def test_an_observation_that_its_owner_writes_over_while_it_waits_is_kept():
     steps, seen = NStep(2, 1.0), observation(1)
     assert steps.push(seen, 0, 0.0, seen, terminated=False) == []
     seen[:] = 99
-    [whole] = steps.push(seen, 0, 0.0, observation(3), terminated=False)
-    assert whole.o_tm1.tolist() == [1]
+    [complete] = steps.push(seen, 0, 0.0, observation(3), terminated=False)
+    assert complete.o_tm1.tolist() == [1]
 
 
 def test_no_steps_are_refused():
@@ -84,24 +87,24 @@ def test_no_steps_are_refused():
 
 
 def waited(n: int, rewards: list[float], *, terminated: bool, after: int = 99) -> list:
-    """As `flown`, with the action that each transition waited for; step t takes action 10 + t."""
-    steps, whole = NStep(n, 0.5, waits=True), []
+    """As `transitions_of`, with the next action of each; step t takes action 10 + t."""
+    steps, complete = NStep(n, 0.5, needs_next_action=True), []
     for time, reward in enumerate(rewards):
         ends = terminated and time == len(rewards) - 1
-        whole += [
+        complete += [
             (time, e)
             for e in steps.push(
                 observation(time), 10 + time, reward, observation(time + 1), terminated=ends
             )
         ]
-    whole += [(len(rewards), e) for e in steps.cut(after)]
+    complete += [(len(rewards), e) for e in steps.truncate(after)]
     return [
         (when, int(e.o_tm1[0]), e.a_tm1, e.r_t, e.discount_t, int(e.o_t[0]), e.terminated, e.a_t)
-        for when, e in whole
+        for when, e in complete
     ]
 
 
-def test_a_transition_that_waits_is_whole_when_the_next_action_is_known():
+def test_a_transition_that_waits_is_complete_when_the_next_action_is_known():
     assert waited(1, [1.0, 2.0, 4.0], terminated=True) == [
         (1, 0, 10, 1.0, 0.5, 1, False, 11),
         (2, 1, 11, 2.0, 0.5, 2, False, 12),
@@ -109,7 +112,7 @@ def test_a_transition_that_waits_is_whole_when_the_next_action_is_known():
     ]
 
 
-def test_the_last_transition_of_an_episode_cut_off_gets_the_action_that_would_have_come():
+def test_the_last_transition_of_a_truncated_episode_gets_the_action_that_would_have_come():
     assert waited(1, [1.0, 2.0], terminated=False) == [
         (1, 0, 10, 1.0, 0.5, 1, False, 11),
         (2, 1, 11, 2.0, 0.5, 2, False, 99),
@@ -117,15 +120,15 @@ def test_the_last_transition_of_an_episode_cut_off_gets_the_action_that_would_ha
 
 
 def test_three_steps_wait_for_the_action_after_the_last_of_them():
-    whole = waited(3, [1.0, 2.0, 4.0, 8.0], terminated=False)
-    assert whole == [
+    complete = waited(3, [1.0, 2.0, 4.0, 8.0], terminated=False)
+    assert complete == [
         (3, 0, 10, 1 + 2 / 2 + 4 / 4, 1 / 8, 3, False, 13),
         (4, 1, 11, 2 + 4 / 2 + 8 / 4, 1 / 8, 4, False, 99),
         (4, 2, 12, 4 + 8 / 2, 1 / 4, 4, False, 99),
         (4, 3, 13, 8.0, 1 / 2, 4, False, 99),
     ]
     ended = waited(3, [1.0, 2.0, 4.0, 8.0], terminated=True)
-    assert ended[0] == (3, *whole[0][1:])
+    assert ended[0] == (3, *complete[0][1:])
     assert [row[4:] for row in ended[1:]] == [(0.0, 4, True, 0)] * 3
 
 
@@ -137,11 +140,11 @@ def test_three_steps_wait_for_the_action_after_the_last_of_them():
 def test_waiting_changes_nothing_but_the_action_that_is_known(
     n: int, rewards: list[float], terminated: bool
 ):
-    whole = waited(n, rewards, terminated=terminated)
-    at_once = flown(n, rewards, terminated=terminated)
-    assert [(start, *rest) for _, start, _, *rest, _ in whole] == [
+    complete = waited(n, rewards, terminated=terminated)
+    at_once = transitions_of(n, rewards, terminated=terminated)
+    assert [(start, *rest) for _, start, _, *rest, _ in complete] == [
         (start, *rest) for start, _, *rest in at_once
     ]
-    for _, start, action, _, _, end, ended, a_t in whole:
+    for _, start, action, _, _, end, ended, a_t in complete:
         assert action == 10 + start
         assert a_t == (0 if ended else 10 + end if end < len(rewards) else 99)

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from numpy.random import default_rng
 from scipy import stats
 
-from touchdown.replay.replay import Proportional, Replay
+from touchdown.replay.priorities import Proportional
+from touchdown.replay.replay import Replay
 from touchdown.replay.transition import Transition
 
 
@@ -143,7 +144,7 @@ def test_shares_count_the_copies_that_are_held():
     assert memory.shares() == (6 / 8, 3 / 8)
 
 
-def test_terminal_share_counts_ends_of_the_world_and_not_zero_discounts():
+def test_terminal_share_counts_terminations_and_not_zero_discounts():
     memory = Replay(8, 2)
     memory.add(Transition(observation(0), 0, 0.0, 0.0, observation(1), terminated=False))  # γ = 0
     assert memory.shares().terminal == 0.0
@@ -173,7 +174,9 @@ def test_transitions_are_drawn_in_proportion_to_their_last_error():
     memory, rng = prioritized(), default_rng(0)
     for time in range(4):
         add(memory, time)
-    memory.learnt(np.arange(4), np.array([1.0, -2.0, 0.0, 5.0]))  # its sign does not matter
+    memory.update_priorities(
+        np.arange(4), np.array([1.0, -2.0, 0.0, 5.0])
+    )  # its sign does not matter
     drawn = np.concatenate([times(memory.sample(80, rng).records) for _ in range(100)])
     shares = np.bincount(drawn, minlength=4) / len(drawn)
     assert shares == pytest.approx([1 / 8, 2 / 8, 0, 5 / 8], abs=0.01)
@@ -183,7 +186,7 @@ def test_alpha_flattens_the_priorities():
     memory, rng = prioritized(alpha=0.5), default_rng(0)
     for time in range(2):
         add(memory, time)
-    memory.learnt(np.arange(2), np.array([1.0, 9.0]))
+    memory.update_priorities(np.arange(2), np.array([1.0, 9.0]))
     drawn = np.concatenate([times(memory.sample(80, rng).records) for _ in range(100)])
     assert np.mean(drawn) == pytest.approx(3 / 4, abs=0.01)  # √9 of √1 + √9
 
@@ -192,7 +195,7 @@ def test_importance_weights_make_up_for_the_priorities():
     memory = prioritized()
     for time in range(2):
         add(memory, time)
-    memory.learnt(np.arange(2), np.array([1.0, 3.0]))
+    memory.update_priorities(np.arange(2), np.array([1.0, 3.0]))
     sample = memory.sample(64, default_rng(0))
     weight = {time: sample.weights[i] for i, time in enumerate(times(sample.records))}
     assert weight[0] == 1.0  # the largest
@@ -203,7 +206,7 @@ def test_beta_rises_to_one_over_its_duration():
     memory = prioritized(beta=0.0)
     for time in range(2):
         add(memory, time)
-    memory.learnt(np.arange(2), np.array([1.0, 4.0]))
+    memory.update_priorities(np.arange(2), np.array([1.0, 4.0]))
     least = [float(memory.sample(64, default_rng(0)).weights.min()) for _ in range(13)]
     assert least[0] == 1.0
     assert least[5] == pytest.approx(4**-0.5, rel=1e-3)
@@ -213,8 +216,8 @@ def test_beta_rises_to_one_over_its_duration():
 def test_what_was_not_drawn_yet_has_the_largest_priority_met_so_far():
     memory = prioritized()
     add(memory, 0)
-    memory.learnt(np.array([0]), np.array([7.0]))
-    memory.learnt(np.array([0]), np.array([1.0]))
+    memory.update_priorities(np.array([0]), np.array([7.0]))
+    memory.update_priorities(np.array([0]), np.array([1.0]))
     add(memory, 1)
     drawn = np.concatenate([times(memory.sample(80, default_rng(i)).records) for i in range(50)])
     assert np.mean(drawn) == pytest.approx(7 / 8, abs=0.01)
@@ -224,7 +227,7 @@ def test_a_new_transition_does_not_inherit_the_priority_of_the_one_it_overwrites
     memory = prioritized(capacity=2)
     for time in range(2):
         add(memory, time)
-    memory.learnt(np.arange(2), np.array([0.5, 0.5]))
+    memory.update_priorities(np.arange(2), np.array([0.5, 0.5]))
     add(memory, 2)  # in the place of the first
     drawn = np.concatenate([times(memory.sample(80, default_rng(i)).records) for i in range(50)])
     assert set(drawn) == {1, 2}
@@ -235,7 +238,7 @@ def test_a_restored_prioritized_memory_draws_the_same():
     memory, restored = prioritized(beta=0.2), prioritized(beta=0.2)
     for time in range(20):
         add(memory, time)
-    memory.learnt(np.arange(8), np.arange(8.0))
+    memory.update_priorities(np.arange(8), np.arange(8.0))
     memory.sample(4, default_rng(0))
     restored.restore(memory.tensors(), memory.ring.added)
     for seed in range(3):

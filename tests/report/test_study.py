@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from finished_runs import evaluation, write_run
-from touchdown.agents.dqn import make_network
+from touchdown.agents.networks import make_network
 from touchdown.config.presets import preset
 from touchdown.config.sections import NetworkConfig
 from touchdown.core import files

@@ -39,7 +39,7 @@ def value_iteration(chain) -> np.ndarray:
 
 def learnt_values(agent: DQNAgent) -> np.ndarray:
     """Q(s,·) of each one-hot state."""
-    return np.asarray(agent.model.values(agent.state.online_params, np.eye(5, dtype=np.float32)))
+    return agent.learner.values(np.eye(5, dtype=np.float32), 0)
 
 
 def taught(agent: DQNAgent, env: Any, steps: int) -> DQNAgent:

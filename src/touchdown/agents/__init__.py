@@ -1,1 +1,1 @@
-"""What learns: TD errors, networks, exploration, and the agents made of them."""
+"""What learns: TD errors, networks, exploration, learners, and the agents composed of them."""

@@ -1,92 +1,111 @@
-"""What a run asks of an agent, whatever it learns and however."""
+"""What training asks of an agent, whatever it learns and however it learns it."""
 
 from collections.abc import Mapping
 from typing import Any, Protocol
 
-from numpy.typing import NDArray
-
-from touchdown.core.types import FloatArray, IntArray, Policy, StepResult
-
-Tensors = dict[str, NDArray[Any]]
+from touchdown.core.types import FloatArray, IntArray, Policy, StepResult, Tensors
 
 
 class Model(Protocol):
-    """What is learnt, as a function of flat parameters [P]: a network's, or a table's."""
+    """What an agent learns, as a function of flat parameters [P]: a network or a table."""
 
     def layers(self, params: FloatArray) -> Mapping[str, Any]:
         """The parameters by name, each in its own shape."""
         ...
 
     def params_of(self, layers: Tensors) -> FloatArray:
-        """Flat parameters from those that `layers` names.
+        """Flat parameters from named ones, the inverse of `layers`.
 
         Raises:
-            ValueError: they are others than this model's, or of other shapes or types.
+            ValueError: the names, shapes or types are not those of this model.
         """
         ...
 
     def policy(self, params: FloatArray) -> Policy:
-        """A greedy policy."""
+        """The greedy policy of these parameters."""
         ...
 
     def describe(self) -> dict[str, Any]:
-        """What makes this model again, as values for JSON."""
+        """What it takes to make this model again, as JSON values."""
         ...
 
 
 class Agent(Protocol):
-    """Acts in N worlds side by side, and learns from what comes of it."""
+    """Acts in N environments at once and learns from the steps."""
 
-    observations: int
-    """Environment steps observed so far."""
-    updates: int
+    @property
+    def env_steps(self) -> int:
+        """Environment steps observed so far, those of all environments counted."""
+        ...
+
+    @property
+    def updates(self) -> int:
+        """Updates of the parameters so far."""
+        ...
 
     @property
     def epsilon(self) -> float:
-        """Probability of a random action."""
+        """The probability of a random action."""
         ...
 
     @property
     def model(self) -> Model:
-        """What the parameters are of."""
+        """What the parameters belong to."""
         ...
 
     def begin_episode(self, ended: int) -> None:
-        """One of the worlds begins an episode, the first or one after `ended` others."""
+        """An episode begins in one of the environments.
+
+        Args:
+            ended: how many episodes have ended before it, 0 for the first.
+        """
         ...
 
     def act(self, observations: FloatArray) -> IntArray:
-        """An exploring action in each world: [N, D] to [N]."""
+        """Choose an action in each environment, with exploration: [N, D] to [N]."""
         ...
 
     def observe(
-        self, o_tm1: FloatArray, a_tm1: IntArray, steps: StepResult, following: FloatArray
+        self,
+        o_tm1: FloatArray,
+        a_tm1: IntArray,
+        steps: StepResult,
+        next_observations: FloatArray,
     ) -> dict[str, float] | None:
-        """One step of all worlds.
+        """Take in one step of every environment, and learn when an update is due.
 
         Args:
-            o_tm1: what the actions were chosen for, [N, D].
+            o_tm1: the observations that the actions were chosen for, [N, D].
             a_tm1: the actions, [N].
-            steps: what came of them.
-            following: what is acted on next, [N, D]: `steps.observations`, or the start of the next
-                episode.
+            steps: the results of the actions.
+            next_observations: the observations that the next actions will be chosen for, [N, D]:
+                `steps.observations`, or the first of the next episode where one ended.
 
         Returns:
-            Metrics of an update, now and then: `loss`, and others by name.
+            Metrics of the latest update, at least `loss` and `mean_q`, once per `metrics_period`
+            updates; otherwise None.
         """
         ...
 
     def recall(
         self, index: int, o_tm1: FloatArray, a_tm1: int, r_t: float, o_t: FloatArray
     ) -> None:
-        """Go once more through a step of one world that was observed before a checkpoint.
+        """Take in one step again that was observed before the checkpoint now restored.
 
-        It ends no episode, and whatever it taught is known already.
+        A resumed run repeats the steps of unfinished episodes, so that an agent can rebuild what it
+        keeps between steps. None of them ends an episode, and nothing is to be learned again.
+
+        Args:
+            index: of the environment.
+            o_tm1: the observation before the step, [D].
+            a_tm1: the action.
+            r_t: the reward.
+            o_t: the observation after the step, [D].
         """
         ...
 
     def params(self) -> FloatArray:
-        """What has been learnt so far, [P]: a copy."""
+        """The parameters learned so far, [P]: a copy."""
         ...
 
     def tensors(self) -> dict[str, Tensors]:
@@ -94,15 +113,15 @@ class Agent(Protocol):
         ...
 
     def facts(self) -> dict[str, Any]:
-        """All else that it knows, as values for JSON."""
+        """The rest of its state, as JSON values."""
         ...
 
     def restore(self, tensors: Mapping[str, Tensors], facts: Mapping[str, Any]) -> None:
-        """Take over what `tensors` and `facts` gave.
+        """Set its state to what `tensors` and `facts` returned.
 
         Raises:
             KeyError: something is missing.
-            TypeError: something is of another kind.
+            TypeError: something has the wrong type.
             ValueError: something does not fit.
         """
         ...

@@ -1,4 +1,4 @@
-"""ε-greedy action selection and how ε changes over time (section 2, Eq. 3)."""
+"""ε-greedy action selection and schedules of ε (section 2, Eq. 3)."""
 
 from collections.abc import Callable
 
@@ -10,7 +10,7 @@ from touchdown.config.sections import ExplorationConfig
 from touchdown.core.types import FloatArray, IntArray
 
 Schedule = Callable[[int], float]
-"""ε as a function of time: of observations or of episodes, as each schedule says."""
+"""A value as a function of time, counted in environment steps, updates or episodes."""
 
 
 def constant(value: float) -> Schedule:
@@ -19,7 +19,7 @@ def constant(value: float) -> Schedule:
 
 
 def linear(start: float, end: float, duration: int) -> Schedule:
-    """From `start` to `end` in a straight line over `duration`, `end` ever after."""
+    """From `start` to `end` in a straight line over `duration`, then constant."""
 
     def schedule(time: int) -> float:
         return end + (start - end) * max(0.0, 1.0 - time / duration)
@@ -28,7 +28,7 @@ def linear(start: float, end: float, duration: int) -> Schedule:
 
 
 def exponential(start: float, end: float, factor: float) -> Schedule:
-    """`start · factor^time`, never below `end` (the paper's, counted in episodes)."""
+    """`start · factor^time`, never below `end` (the paper's, with time counted in episodes)."""
 
     def schedule(time: int) -> float:
         return max(end, start * factor**time)
@@ -37,59 +37,59 @@ def exponential(start: float, end: float, factor: float) -> Schedule:
 
 
 def explore(epsilon: float, count: int, rng: Generator) -> NDArray[np.bool_]:
-    """Which of `count` actions are random ones (Eq. 3). Draws as many numbers, whatever ε is."""
+    """Which of `count` actions are random (Eq. 3). Draws `count` numbers, whatever ε is."""
     return rng.random(count) < epsilon
 
 
 def make_schedule(config: ExplorationConfig) -> Callable[[int, int], float]:
-    """The configured ε as a function of (episode, observations so far)."""
+    """The configured ε as a function of (episode, environment steps)."""
     match config.schedule:
         case "constant":
             schedule = constant(config.epsilon_start)
-            return lambda _episode, _observations: schedule(0)
+            return lambda _episode, _env_steps: schedule(0)
         case "linear":
             schedule = linear(config.epsilon_start, config.epsilon_end, config.epsilon_duration)
-            return lambda _episode, observations: schedule(observations)
+            return lambda _episode, env_steps: schedule(env_steps)
         case "exponential":
             schedule = exponential(config.epsilon_start, config.epsilon_end, config.epsilon_decay)
-            return lambda episode, _observations: schedule(episode)
+            return lambda episode, _env_steps: schedule(episode)
 
 
 class EpsilonGreedy:
-    """Chooses actions in N worlds (Eq. 3), and keeps ε at what its schedule says.
+    """Chooses actions in N environments (Eq. 3) and keeps ε on its schedule.
 
     Args:
         config: the schedule.
         num_actions: A.
-        rng: draws whether to explore, and what.
+        rng: decides when to explore, and draws random actions.
     """
 
     def __init__(self, config: ExplorationConfig, num_actions: int, rng: Generator) -> None:
         self.epsilon = 1.0
         self._epsilon_of = make_schedule(config)
-        self._by_observations = config.schedule == "linear"
+        self._by_env_steps = config.schedule == "linear"
         self._num_actions = num_actions
         self._rng = rng
 
-    def begin_episode(self, ended: int, observations: int) -> None:
-        """An episode begins after `ended` others and so many observations."""
-        self.epsilon = self._epsilon_of(ended, observations)
+    def begin_episode(self, ended: int, env_steps: int) -> None:
+        """Set ε for an episode that begins after `ended` episodes and `env_steps` steps."""
+        self.epsilon = self._epsilon_of(ended, env_steps)
 
-    def observed(self, observations: int) -> None:
-        """There are so many observations now."""
-        if self._by_observations:
-            self.epsilon = self._epsilon_of(0, observations)
+    def observed(self, env_steps: int) -> None:
+        """Set ε after `env_steps` environment steps, where the schedule counts those."""
+        if self._by_env_steps:
+            self.epsilon = self._epsilon_of(0, env_steps)
 
     def act(self, count: int, values: Callable[[], FloatArray]) -> IntArray:
-        """Actions of `count` worlds, [N].
+        """Choose an action in each of `count` environments, [N].
 
         Args:
             count: N.
-            values: gives Q(s,·) of each world, [N, A]; asked only where an action hangs on it.
+            values: computes Q(s,·) in each environment, [N, A]; called only if an action is greedy.
         """
         explores = explore(self.epsilon, count, self._rng)
-        number = np.count_nonzero(explores)
-        actions = np.zeros(count, np.int64) if number == count else values().argmax(axis=1)
-        if number:
-            actions[explores] = self._rng.integers(self._num_actions, size=number)
+        num_random = np.count_nonzero(explores)
+        actions = np.zeros(count, np.int64) if num_random == count else values().argmax(axis=1)
+        if num_random:
+            actions[explores] = self._rng.integers(self._num_actions, size=num_random)
         return actions

@@ -1,6 +1,5 @@
-"""Q-networks: observations in, one value an action out."""
+"""Q-networks: from an observation to the value of each action."""
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from functools import partial
@@ -15,76 +14,14 @@ from jaxtyping import Float, PRNGKeyArray
 from numpy.typing import NDArray
 
 from touchdown.agents.batch import Params
+from touchdown.agents.greedy import GreedyPolicy, in_blocks
+from touchdown.agents.layers import DuelingHead, NoisyLinear
 from touchdown.config.sections import NetworkConfig
-from touchdown.core.types import FloatArray, IntArray
+from touchdown.core.types import FloatArray, Spaces
 
-_ROWS = 32  # observations in one call of a greedy policy
 _KINDS = ("weight", "bias")
 _NOISY_KINDS = (*_KINDS, "weight_sigma", "bias_sigma")
 _ACTIVATIONS = {"relu": jax.nn.relu, "tanh": jax.nn.tanh, "silu": jax.nn.silu}
-
-
-class NoisyLinear(eqx.Module):
-    """y = (µʷ + σʷ ⊙ f(ε)·f(ε′)ᵀ)·x + µᵇ + σᵇ ⊙ f(ε)   (Fortunato et al., 2018, Eq. 9-11).
-
-    Its noise is factorised: of normal ε [out] and ε′ [in], through f(x) = sgn(x)·√|x|.
-    """
-
-    weight: Float[jax.Array, "out in"]
-    bias: Float[jax.Array, " out"]
-    weight_sigma: Float[jax.Array, "out in"]
-    bias_sigma: Float[jax.Array, " out"]
-
-    def __init__(self, fan_in: int, fan_out: int, *, sigma: float, key: PRNGKeyArray) -> None:
-        means = eqx.nn.Linear(fan_in, fan_out, key=key)  # uniform in ±1/√(fan in), as the source's
-        self.weight, self.bias = means.weight, cast(jax.Array, means.bias)
-        self.weight_sigma = jnp.full_like(self.weight, sigma / math.sqrt(fan_in))
-        self.bias_sigma = jnp.full_like(self.bias, sigma / math.sqrt(fan_in))
-
-    def __call__(
-        self, x: Float[jax.Array, " in"], *, key: PRNGKeyArray | None = None
-    ) -> Float[jax.Array, " out"]:
-        """The layer's output with the noise that a key draws; without a key, by the means."""
-        if key is None:
-            return self.weight @ x + self.bias
-        fan_out, fan_in = self.weight.shape
-        noise = jax.random.normal(key, (fan_out + fan_in,))
-        noise = jnp.sign(noise) * jnp.sqrt(jnp.abs(noise))
-        after, before = noise[:fan_out], noise[fan_out:]
-        # weights are drawn whole, not multiplied apart: a batch shares them, so it pays once
-        weight = self.weight + self.weight_sigma * jnp.outer(after, before)
-        return weight @ x + (self.bias + self.bias_sigma * after)
-
-
-class DuelingHead(eqx.Module):
-    """Q(s,a) = V(s) + A(s,a) − mean A(s,·)   (Wang et al., 2016, Eq. 9)."""
-
-    value: eqx.nn.Linear | NoisyLinear
-    advantage: eqx.nn.Linear | NoisyLinear
-    num_actions: int = eqx.field(static=True)
-
-    def __init__(
-        self,
-        fan_in: int,
-        num_actions: int,
-        outputs: int = 1,
-        linear: Callable[..., eqx.nn.Linear | NoisyLinear] = eqx.nn.Linear,
-        *,
-        key: PRNGKeyArray,
-    ) -> None:
-        value_key, advantage_key = jax.random.split(key)
-        self.num_actions = num_actions
-        self.value = linear(fan_in, outputs, key=value_key)
-        self.advantage = linear(fan_in, num_actions * outputs, key=advantage_key)
-
-    def __call__(
-        self, features: Float[jax.Array, " F"], *, key: PRNGKeyArray | None = None
-    ) -> Float[jax.Array, " AZ"]:
-        """Q(s,·) of one state's features; of several outputs an action, each on its own."""
-        value_key, advantage_key = (None, None) if key is None else jax.random.split(key)
-        advantage = self.advantage(features, key=advantage_key).reshape(self.num_actions, -1)
-        q = self.value(features, key=value_key) + advantage - advantage.mean(axis=0)
-        return q.ravel()
 
 
 class QNetwork:
@@ -107,7 +44,7 @@ class QNetwork:
         self._shapes = dict(zip(_names(module), shapes, strict=True))
         self.num_params = int(flat.size)
         self.values = jax.jit(self.apply)
-        """`apply`, compiled once for everyone who flies this network."""
+        """`apply`, compiled once for all users of this network."""
 
     def _module(self, key: PRNGKeyArray) -> eqx.nn.Sequential:
         config = self.config
@@ -135,7 +72,7 @@ class QNetwork:
 
     @property
     def support(self) -> Float[jax.Array, " Z"]:
-        """z: the returns that the atoms stand for, at equal distances from v_min to v_max."""
+        """z: the returns at which the atoms lie, equally spaced from v_min to v_max."""
         return jnp.linspace(self.config.v_min, self.config.v_max, self.config.atoms)
 
     def apply(
@@ -144,12 +81,12 @@ class QNetwork:
         observations: Float[jax.Array, "B D"],
         noise: PRNGKeyArray | None = None,
     ) -> Float[jax.Array, "B A"]:
-        """Q(s,·) of each observation; of several outputs an action, the mean that they stand for.
+        """Q(s,·) of each observation: the mean return, where an action has several outputs.
 
         Args:
             params: flat, [P].
             observations: any number of them.
-            noise: key of the one sample of noisy weights for all; without it they are their means.
+            noise: key of one sample of noisy weights for the whole batch; None takes their means.
         """
         outputs = self._outputs(params, observations, noise)
         if self.config.atoms:
@@ -162,7 +99,7 @@ class QNetwork:
         observations: Float[jax.Array, "B D"],
         noise: PRNGKeyArray | None = None,
     ) -> Float[jax.Array, "B A Z"]:
-        """Quantiles of the return of each action, for a network that has them."""
+        """Quantiles of each action's return, for a network with `quantiles`."""
         return self._by_action(self._outputs(params, observations, noise))
 
     def log_probabilities(
@@ -171,7 +108,7 @@ class QNetwork:
         observations: Float[jax.Array, "B D"],
         noise: PRNGKeyArray | None = None,
     ) -> Float[jax.Array, "B A Z"]:
-        """Logarithms of each atom's probability for each action, for a network that has atoms."""
+        """Log-probabilities of each action's atoms, for a network with `atoms`."""
         return jax.nn.log_softmax(self._by_action(self._outputs(params, observations, noise)))
 
     def _by_action(self, outputs: Float[jax.Array, "B AZ"]) -> Float[jax.Array, "B A Z"]:
@@ -184,35 +121,38 @@ class QNetwork:
         return jax.vmap(partial(module, key=noise))(observations)
 
     def values_of_each(self, params: Params, observations: FloatArray) -> NDArray[Any]:
-        """Q(s,·) of any number of observations, [N, D] to [N, A]: of each as it would be alone."""
+        """Q(s,·) of any number of observations, [N, D] to [N, A].
+
+        Each row depends on its own observation alone, to the last bit.
+        """
 
         def values_of(block: FloatArray) -> NDArray[Any]:
             return np.asarray(cast(jax.Array, self.values(params, block)))
 
         return in_blocks(values_of, observations)
 
-    def policy(self, params: FloatArray) -> "GreedyPolicy":
-        """Flies these parameters [P] without exploring."""
+    def policy(self, params: FloatArray) -> GreedyPolicy:
+        """The greedy policy of these parameters [P]."""
         return GreedyPolicy(self, params)
 
     def describe(self) -> dict[str, Any]:
-        """The network's config, by the key that a file of weights has it under."""
+        """The network's config, under its key in a file of weights."""
         return {"network": asdict(self.config)}
 
     def layers(self, params: Params | FloatArray) -> dict[str, jax.Array]:
         """Parameters by name: `layers.0.weight` [out, in], `layers.0.bias` [out], and so on.
 
-        Of a normalisation `norms.0.weight`; of a dueling head `value.weight`, `advantage.weight`;
-        of noisy weights also `layers.0.weight_sigma`, `layers.0.bias_sigma`.
+        Normalization layers add `norms.0.weight`, a dueling head `value.weight` and
+        `advantage.weight`, noisy weights `layers.0.weight_sigma` and `layers.0.bias_sigma`.
         """
         leaves = jax.tree.leaves(self._unravel(jnp.asarray(params)))
         return dict(zip(self._shapes, leaves, strict=True))
 
     def params_of(self, layers: Mapping[str, FloatArray]) -> NDArray[np.float32]:
-        """Flat parameters from those that `layers` names.
+        """Flat parameters from named ones, the inverse of `layers`.
 
         Raises:
-            ValueError: they are others than this network's, or of other shapes or types.
+            ValueError: the names, shapes or types are not those of this network.
         """
         wanted = self._shapes
         if layers.keys() != wanted.keys():
@@ -225,7 +165,7 @@ class QNetwork:
 
 
 def _names(module: eqx.nn.Sequential) -> list[str]:
-    """The parameters' names in the order in which they lie in the flat vector."""
+    """The parameters' names, in their order in the flat vector."""
     counts: dict[str, int] = {}
     names: list[str] = []
     for layer in cast(tuple[object, ...], module.layers):
@@ -243,54 +183,11 @@ def _named(name: str, layer: object) -> list[str]:
     return [f"{name}.{kind}" for kind in kinds]
 
 
-class GreedyPolicy:
-    """Flies a trained network without exploring.
-
-    Args:
-        network: the shape.
-        params: its flat parameters, [P].
-    """
-
-    def __init__(self, network: QNetwork, params: FloatArray) -> None:
-        self._params = jnp.asarray(params)
-        self._network = network
-
-    def act(self, observations: FloatArray) -> IntArray:
-        """The best action of each observation: [N, D] to [N]."""
-        return self.values(observations).argmax(axis=1)
-
-    def values(self, observations: FloatArray) -> FloatArray:
-        """Q(s,·) of each observation: [N, D] to [N, A]."""
-        return self._network.values_of_each(self._params, observations)
-
-
-def in_blocks(
-    function: Callable[[NDArray[np.float32]], NDArray[Any]],
-    observations: FloatArray,
-    rows: int = _ROWS,
-) -> NDArray[Any]:
-    """A function of observations, called for blocks of as many each time.
-
-    So one compilation serves all calls, and what comes of an observation does not depend on how
-    many came along (another shape may round another way).
-
-    Args:
-        function: [rows, D] to [rows, ...].
-        observations: [N, D], 1 or more.
-        rows: in a block; the last is filled up with zeros.
-
-    Returns:
-        [N, ...].
-    """
-    results: list[NDArray[Any]] = []
-    for first in range(0, len(observations), rows):
-        some = observations[first : first + rows]
-        padded = np.zeros((rows, some.shape[1]), np.float32)
-        padded[: len(some)] = some
-        results.append(function(padded)[: len(some)])
-    return np.concatenate(results)
-
-
 def _split(module: eqx.Module) -> tuple[Any, Any]:
-    """A module's arrays, and the rest of it."""
+    """A module's arrays, and everything else of it."""
     return cast(tuple[Any, Any], eqx.partition(module, eqx.is_array))
+
+
+def make_network(config: NetworkConfig, spaces: Spaces) -> QNetwork:
+    """The Q-network that a config describes, for an environment's sizes."""
+    return QNetwork(spaces.observation_size, spaces.num_actions, config)

@@ -1,231 +1,151 @@
-"""PQN: Q-learning without a memory or a target network, from many worlds at once.
+"""PQN: Q-learning without a replay memory or a target network, in many environments at once.
 
-Gallici et al., 2025: λ-returns over a short rollout of all worlds, a few rounds of minibatches, and
-layer normalisation, which keeps the bootstrapping stable in place of a target network.
+Gallici et al., 2025: λ-returns over a short rollout of all environments, a few epochs of
+minibatches, and layer normalization, which stabilizes bootstrapping in place of a target network.
 """
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
-import jax
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from touchdown.agents import td
-from touchdown.agents.agent import Tensors
-from touchdown.agents.dqn import make_network, make_state
-from touchdown.agents.exploration import EpsilonGreedy
-from touchdown.agents.learners import fused
-from touchdown.agents.learners.fused import FusedNetwork
-from touchdown.agents.learners.jax import LearnerState, Metrics, make_fit, state_from, tensors_of
+from touchdown.agents.actor import Actor
+from touchdown.agents.agent import Model
+from touchdown.agents.learners.learner import Learner
+from touchdown.agents.rollout import Rollout
 from touchdown.config.config import Config
 from touchdown.core.seeding import Streams
-from touchdown.core.types import FloatArray, IntArray, Spaces, StepResult
-
-
-class Rollout(NamedTuple):
-    """T steps of N worlds."""
-
-    o_tm1: Float[jax.Array, "T N D"]
-    a_tm1: Int[jax.Array, "T N"]
-    r_t: Float[jax.Array, "T N"]
-    o_t: Float[jax.Array, "T N D"]
-    terminated: Float[jax.Array, "T N"]
-    """1 where the world ended, else 0."""
-    truncated: Float[jax.Array, "T N"]
-    """1 where an episode was cut off, else 0."""
+from touchdown.core.types import FloatArray, IntArray, Spaces, StepResult, Tensors
 
 
 class PQNAgent:
-    """Learns from rollouts of many worlds as soon as they are whole.
+    """Learns from each rollout of all environments as soon as it is complete.
 
     Args:
         config: all settings; its algorithm is `pqn`.
-        spaces: the world's sizes.
+        spaces: the environment's sizes.
         streams: the run's generators.
+        learner: of the config's network.
     """
 
-    def __init__(self, config: Config, spaces: Spaces, streams: Streams) -> None:
+    def __init__(self, config: Config, spaces: Spaces, streams: Streams, learner: Learner) -> None:
         self._config = config
-        self._streams = streams
-        self.model = make_network(config.network, spaces, config.learning.backend)
-        self.state = make_state(self.model, config)
+        self._rng = streams.replay
+        self._actor = Actor(config, spaces.num_actions, streams.exploration)
+        self.learner = learner
         shape = config.rollout.rollout_steps, config.training.num_envs
         wide = *shape, spaces.observation_size
-        # written to step by step, and handed to JAX when it is whole
-        self._kept: dict[str, NDArray[Any]] = {
+        self._rollout: dict[str, NDArray[Any]] = {
             name: np.zeros(wide if name in ("o_tm1", "o_t") else shape, np.float32)
             for name in Rollout._fields
         }
-        self._kept["a_tm1"] = np.zeros(shape, np.int32)
-        self._filled = 0  # steps of the rollout that are there
-        self.observations = 0
-        self.updates = 0
-        self._explorer = EpsilonGreedy(config.exploration, spaces.num_actions, streams.exploration)
-        self._next_q: jax.Array | None = None
-        if isinstance(self.model, FusedNetwork):
-            self._learn = self._fused(self.model)
-        else:
-            self._learn = self._compile()
+        self._rollout["a_tm1"] = np.zeros(shape, np.int32)
+        self._num_filled = 0  # steps of the rollout so far
 
-    def _compile(self) -> Any:
-        network = self.model
-        fit = make_fit(network, self._config.learning)
+    @property
+    def env_steps(self) -> int:
+        """Environment steps observed so far."""
+        return self._actor.env_steps
 
-        def learn_and_look(
-            state: LearnerState,
-            rollout: Rollout,
-            order: Int[jax.Array, "K B"],
-            observations: Float[jax.Array, "N D"],
-        ) -> tuple[LearnerState, Metrics, Float[jax.Array, "N A"]]:
-            q_t = network.apply(state.online_params, rollout.o_t.reshape(-1, rollout.o_t.shape[2]))
-            returns = self._targets(rollout, q_t)
-            flat = (
-                rollout.o_tm1.reshape(-1, rollout.o_tm1.shape[2]),
-                rollout.a_tm1.ravel(),
-                returns.ravel(),
-            )
-
-            def learn(
-                state: LearnerState, chosen: Int[jax.Array, " B"]
-            ) -> tuple[LearnerState, Metrics]:
-                return fit(state, *(part[chosen] for part in flat))
-
-            state, metrics = jax.lax.scan(learn, state, order)
-            last = Metrics(*(values[-1] for values in metrics))
-            return state, last, network.apply(state.online_params, observations)
-
-        compiled = cast(Any, jax.jit(learn_and_look, donate_argnums=0))
-
-        def copied(state: LearnerState, rollout: Rollout, *others: Any) -> Any:
-            # JAX may read its arguments later than this call, and steps are written over them
-            return compiled(state, Rollout(*(jnp.array(part) for part in rollout)), *others)
-
-        return copied
-
-    def _targets(self, rollout: Rollout, q_t: Float[jax.Array, "TN A"]) -> Float[jax.Array, "T N"]:
-        """λ-returns of a rollout, from the action values of the observations after its steps."""
-        config = self._config
-        best = q_t.max(axis=-1).reshape(rollout.r_t.shape)
-        reward = rollout.r_t * config.learning.reward_scale
-        discount = config.learning.gamma * (1 - rollout.terminated)
-        decay = config.rollout.trace_decay
-        return td.lambda_returns(reward, discount, best, rollout.truncated, decay)
-
-    def _fused(self, network: FusedNetwork) -> Any:
-        fit = fused.make_fit(network, self._config.learning)
-        targets = cast(Any, jax.jit(self._targets))
-
-        def learn_and_look(
-            state: LearnerState,
-            rollout: Any,  # of NumPy's arrays
-            order: NDArray[np.int64],
-            observations: FloatArray,
-        ) -> tuple[LearnerState, Metrics, FloatArray]:
-            o_tm1, o_t = (part.reshape(-1, part.shape[2]) for part in (rollout.o_tm1, rollout.o_t))
-            q_t = network.values(state.online_params, o_t)
-            returns = cast(NDArray[np.float32], np.asarray(targets(rollout, q_t)))
-            state, metrics = fit(state, o_tm1, rollout.a_tm1.ravel(), returns.ravel(), order)
-            return state, metrics, network.values(state.online_params, observations)
-
-        return learn_and_look
+    @property
+    def updates(self) -> int:
+        """Updates of the network so far."""
+        return self._actor.updates
 
     @property
     def epsilon(self) -> float:
-        """Probability of a random action."""
-        return self._explorer.epsilon
+        """The probability of a random action."""
+        return self._actor.epsilon
+
+    @property
+    def model(self) -> Model:
+        """The network."""
+        return self.learner.model
 
     def begin_episode(self, ended: int) -> None:
         """Set ε, where its schedule counts episodes."""
-        self._explorer.begin_episode(ended, self.observations)
+        self._actor.begin_episode(ended)
 
     def act(self, observations: FloatArray) -> IntArray:
         """ε-greedy actions: [N, D] to [N]."""
-        return self._explorer.act(len(observations), lambda: self._q_of(observations))
-
-    def _q_of(self, observations: FloatArray) -> FloatArray:
-        q = self._next_q
-        if q is None:
-            q = cast(jax.Array, self.model.values(self.state.online_params, observations))
-        return np.asarray(q)
+        return self._actor.act(
+            len(observations), lambda: self.learner.values(observations, self.env_steps)
+        )
 
     def observe(
-        self, o_tm1: FloatArray, a_tm1: IntArray, steps: StepResult, following: FloatArray
+        self,
+        o_tm1: FloatArray,
+        a_tm1: IntArray,
+        steps: StepResult,
+        next_observations: FloatArray,
     ) -> dict[str, float] | None:
-        """Keep one step, and learn where it makes the rollout whole.
+        """Store one step of every environment, and learn if it completes the rollout.
 
         Returns:
-            Metrics whenever another `metrics_period` updates are done.
+            Metrics of the latest update once per `metrics_period` updates, otherwise None.
         """
-        cut = steps.truncated & ~steps.terminated
-        step = (o_tm1, a_tm1, steps.rewards, steps.observations, steps.terminated, cut)
-        for kept, value in zip(self._kept.values(), step, strict=True):
-            kept[self._filled] = value
-        self._filled += 1
-        self._next_q = None
-        self.observations += len(a_tm1)
-        metrics = None
-        if self._filled == self._config.rollout.rollout_steps:
-            metrics = self._update(following)
-        self._explorer.observed(self.observations)
-        return metrics
+        truncated = steps.truncated & ~steps.terminated
+        step = (o_tm1, a_tm1, steps.rewards, steps.observations, steps.terminated, truncated)
+        for stored, value in zip(self._rollout.values(), step, strict=True):
+            stored[self._num_filled] = value
+        self._num_filled += 1
+        self._actor.next_q = None
+        self._actor.observed(len(a_tm1))
+        if self._num_filled < self._config.rollout.rollout_steps:
+            return None
+        self._num_filled = 0
+        return self._learn(next_observations)
 
-    def _update(self, following: FloatArray) -> dict[str, float] | None:
+    def _learn(self, next_observations: FloatArray) -> dict[str, float] | None:
         config = self._config.rollout
-        self._filled = 0
-        size = self._kept["r_t"].size
+        size = self._rollout["r_t"].size
         orders = [
-            self._streams.replay.permutation(size)[: size - size % config.minibatches]
+            self._rng.permutation(size)[: size - size % config.minibatches]
             for _ in range(config.epochs)
         ]
         order = np.concatenate(orders).reshape(config.epochs * config.minibatches, -1)
-        rollout = Rollout(**cast(Any, self._kept))
-        self.state, metrics, self._next_q = self._learn(self.state, rollout, order, following)
-        before, self.updates = self.updates, self.updates + len(order)
-        period = self._config.training.metrics_period
-        if self.updates // period == before // period:
+        rollout = Rollout(**cast(Any, self._rollout))
+        metrics, self._actor.next_q = self.learner.fit_rollout(rollout, order, next_observations)
+        before = self._actor.updates
+        self._actor.updates += len(order)
+        if not self._actor.metrics_due(before):
             return None
         return metrics.to_floats(self._config.learning.reward_scale)
 
     def recall(
         self, index: int, o_tm1: FloatArray, a_tm1: int, r_t: float, o_t: FloatArray
     ) -> None:
-        """Go once more through a step before a checkpoint: the rollout is in the checkpoint."""
+        """Do nothing: the unfinished rollout is in the checkpoint."""
 
     def params(self) -> FloatArray:
-        """The network's parameters, [P]: a copy."""
-        return np.array(self.state.online_params)
+        """The network's parameters, [P]: a copy, as later updates change them."""
+        return np.array(self.learner.state.online_params)
 
     def tensors(self) -> dict[str, Tensors]:
-        """The learner's state, the rollout, and what is known for the coming actions."""
-        acting = {} if self._next_q is None else {"next_q": np.array(self._next_q)}
-        return {"learner": tensors_of(self.state), "rollout": self._kept, "acting": acting}
+        """The learner's state, the unfinished rollout, and the values of the coming actions."""
+        return {
+            "learner": self.learner.tensors(),
+            "rollout": self._rollout,
+            "acting": self._actor.tensors(),
+        }
 
     def facts(self) -> dict[str, Any]:
         """Counts and ε."""
-        return {
-            "observations": self.observations,
-            "updates": self.updates,
-            "epsilon": self.epsilon,
-            "filled": self._filled,
-        }
+        return {**self._actor.facts(), "filled": self._num_filled}
 
     def restore(self, tensors: Mapping[str, Tensors], facts: Mapping[str, Any]) -> None:
-        """Go on from a checkpoint.
+        """Set the state to what `tensors` and `facts` returned.
 
         Raises:
             KeyError: something is missing.
-            TypeError: something is of another kind.
+            TypeError: something has the wrong type.
             ValueError: something does not fit.
         """
-        self.state = state_from(self.state, tensors["learner"])
-        for name, part in self._kept.items():
+        self.learner.restore(tensors["learner"])
+        for name, part in self._rollout.items():
             part[:] = tensors["rollout"][name]
-        next_q = tensors["acting"].get("next_q")
-        self._next_q = None if next_q is None else jnp.array(next_q)
         if facts["filled"] >= self._config.rollout.rollout_steps:
             raise ValueError(f"agent.filled = {facts['filled']}: more than a rollout's steps")
-        self.observations, self.updates = facts["observations"], facts["updates"]
-        self._explorer.epsilon, self._filled = float(facts["epsilon"]), int(facts["filled"])
+        self._actor.restore(tensors["acting"], facts)
+        self._num_filled = int(facts["filled"])

@@ -1,8 +1,8 @@
 """TD errors: one equation a function, in the field's notation.
 
 Shapes: B transitions, A actions, Z quantiles or atoms. γ is inside `discount_t`, which is 0 where
-the world ended; a truncated step keeps its discount. Nothing here stops gradients: the caller
-differentiates only with respect to what it means to learn.
+the episode terminated; a truncated step keeps its discount. Nothing here stops gradients: the
+caller differentiates only with respect to the parameters that learn.
 """
 
 import jax
@@ -25,7 +25,7 @@ def q_error(
         q_tm1: Q(s,·) of the network that learns.
         a_tm1: actions taken.
         r_t: rewards.
-        discount_t: γ, or 0 where the world ended.
+        discount_t: γ, or 0 where the episode terminated.
         q_t: Q(s′,·) of the network that bootstraps: the same one, or the target network.
     """
     return r_t + discount_t * q_t.max(axis=-1) - of_action(q_tm1, a_tm1)
@@ -45,7 +45,7 @@ def sarsa_error(
         q_tm1: Q(s,·) of the network that learns.
         a_tm1: actions taken.
         r_t: rewards.
-        discount_t: γ, or 0 where the world ended.
+        discount_t: γ, or 0 where the episode terminated.
         q_t: Q(s′,·) of the network that bootstraps.
         a_t: actions that were taken next.
     """
@@ -80,13 +80,13 @@ def lambda_returns(
 ) -> Float[Array, "T N"]:
     """Gₜ = r + γ·[λ·Gₜ₊₁ + (1 − λ)·maxₐ Q(s′,a)]   (Peng & Williams, 1994; PQN's Q(λ)).
 
-    After the last step, and where an episode was cut off, what follows is maxₐ Q(s′,a) alone.
+    After the last step, and where the episode was truncated, maxₐ Q(s′,a) alone bootstraps.
 
     Args:
         r_t: rewards of T steps.
-        discount_t: γ, or 0 where the world ended.
+        discount_t: γ, or 0 where the episode terminated.
         best_t: maxₐ Q(s′,a).
-        truncated: 1 where an episode was cut off, else 0.
+        truncated: 1 where the episode was truncated, else 0.
         trace_decay: λ.
     """
 
@@ -132,7 +132,7 @@ def categorical_projection(
         support: z, atoms at equal distances Δz, least first.
         p_t: probabilities of the atoms at s′.
         r_t: rewards.
-        discount_t: γ, or 0 where the world ended.
+        discount_t: γ, or 0 where the episode terminated.
     """
     count = len(support)
     least, greatest = support[0], support[-1]

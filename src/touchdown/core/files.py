@@ -11,14 +11,12 @@ from pathlib import Path
 from typing import Any, cast
 
 import msgspec
-from numpy.typing import NDArray
 from safetensors import SafetensorError
 from safetensors.numpy import load
 
 from touchdown.core import records
 from touchdown.core.errors import UserError, one_line
-
-Tensors = dict[str, NDArray[Any]]
+from touchdown.core.types import Tensors
 
 
 def write_atomic(path: Path, data: bytes | str) -> None:

@@ -12,6 +12,8 @@ Outcome = Literal["landed", "crashed", "out of bounds", "timed out", "terminated
 FloatArray = NDArray[np.floating[Any]]
 IntArray = NDArray[np.integer[Any]]
 RecordArray = NDArray[np.void]
+Tensors = dict[str, NDArray[Any]]
+"""Arrays by name, as a safetensors file holds them."""
 
 
 class Policy(Protocol):

@@ -18,9 +18,8 @@ from safetensors.numpy import save
 
 from touchdown.core import files, records
 from touchdown.core.errors import UserError, one_line
-from touchdown.core.files import Tensors
 from touchdown.core.records import Count
-from touchdown.core.types import Outcome, Policy
+from touchdown.core.types import Outcome, Policy, Tensors
 from touchdown.envs import environment, outcome
 from touchdown.envs.environment import MadeEnv
 from touchdown.lander import engine as engines

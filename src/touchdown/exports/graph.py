@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchdown.agents.networks import QNetwork
-from touchdown.agents.tabular import QTable
-from touchdown.agents.tabular_math import Grid
+from touchdown.agents.qtable import QTable
+from touchdown.agents.states import Grid
 from touchdown.core.errors import UserError
 from touchdown.core.types import FloatArray
 

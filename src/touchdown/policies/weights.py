@@ -9,15 +9,15 @@ import numpy as np
 from safetensors.numpy import save
 
 from touchdown.agents.agent import Model
-from touchdown.agents.dqn import make_network
-from touchdown.agents.networks import QNetwork
-from touchdown.agents.tabular import QTable, states_of
+from touchdown.agents.networks import QNetwork, make_network
+from touchdown.agents.qtable import QTable
+from touchdown.agents.states import states_of
 from touchdown.config import toml
 from touchdown.config.config import Config
 from touchdown.config.sections import NetworkConfig, TableConfig
 from touchdown.core import files, records
 from touchdown.core.errors import UserError, one_line
-from touchdown.core.types import FloatArray, Spaces, ValuePolicy
+from touchdown.core.types import FloatArray, Spaces, Tensors, ValuePolicy
 from touchdown.envs import environment
 from touchdown.policies.facts import WeightsFacts
 from touchdown.policies.named import NamedPolicy
@@ -122,7 +122,7 @@ def read_weights(path: Path) -> Weights:
     return Weights(shape, params, env_id, spaces)
 
 
-def _check_sizes(shape: NetworkConfig, tensors: files.Tensors) -> None:
+def _check_sizes(shape: NetworkConfig, tensors: Tensors) -> None:
     """Refuse a network that would need more than the file holds before it is made."""
     widest = max((tensor.size for tensor in tensors.values()), default=0)
     sizes = (*shape.hidden_sizes, shape.quantiles, shape.atoms)

@@ -1,1 +1,1 @@
-"""Replay memories: a ring of transitions, how some are drawn, and transitions of n steps."""
+"""Experience replay: n-step transitions, a ring that stores them, and samplers that draw them."""

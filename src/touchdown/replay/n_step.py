@@ -1,4 +1,4 @@
-"""Transitions over several steps: the rewards of n steps in one, and the observation after them."""
+"""n-step transitions: the discounted sum of n rewards, and the observation after them."""
 
 from collections import deque
 
@@ -7,57 +7,76 @@ from touchdown.replay.transition import Transition
 
 
 class NStep:
-    """Makes transitions of n steps out of single ones (Sutton, 1988; Watkins, 1989).
+    """Turns single steps into n-step transitions (Sutton, 1988; Watkins, 1989).
 
-    R = r₁ + γ·r₂ + ... + γⁿ⁻¹·rₙ, and the bootstrap is discounted by γⁿ; by 0 where the world ended
-    on the way. Towards the end of an episode there are fewer steps left, and fewer are taken.
+    R = r₁ + γ·r₂ + ... + γⁿ⁻¹·rₙ, and the bootstrap is discounted by γⁿ, or by 0 if the episode
+    terminated within the n steps. Near the end of an episode, transitions span the fewer steps that
+    remain.
 
     Args:
         n: steps, at least 1.
         gamma: γ.
-        waits: for the action after the last of the steps, which makes a transition whole one step
-            later (SARSA's five parts).
+        needs_next_action: whether a transition includes the action after its last step, which
+            completes it one step later (SARSA's a′).
+
+    Raises:
+        ValueError: n is less than 1.
     """
 
-    def __init__(self, n: int, gamma: float, *, waits: bool = False) -> None:
+    def __init__(self, n: int, gamma: float, *, needs_next_action: bool = False) -> None:
         if n < 1:
             raise ValueError(f"n must be at least 1 step, got {n}")
         self._n = n
         self._gamma = gamma
-        self._waits = waits
+        self._needs_next_action = needs_next_action
         self._steps: deque[tuple[FloatArray, int, float]] = deque()
         self._last: FloatArray | None = None  # the observation after the newest step
 
     def push(
         self, o_tm1: FloatArray, a_tm1: int, r_t: float, o_t: FloatArray, *, terminated: bool
     ) -> list[Transition]:
-        """Take in one step; gives the transitions that are whole by it, the oldest first."""
-        if self._n > 1 or self._waits:  # they wait here, and their owner may write over them
+        """Add one step.
+
+        Args:
+            o_tm1: the observation before it, [D].
+            a_tm1: the action.
+            r_t: the reward.
+            o_t: the observation after it, [D].
+            terminated: whether the episode terminated.
+
+        Returns:
+            The transitions that this step completes, oldest first.
+        """
+        if self._n > 1 or self._needs_next_action:
+            # they are kept beyond this call, and the caller may overwrite its arrays
             o_tm1, o_t = o_tm1.copy(), o_t.copy()
-        whole: list[Transition] = []
-        if self._waits and len(self._steps) == self._n:
-            whole.append(self._oldest(a_t=a_tm1))
+        complete: list[Transition] = []
+        if self._needs_next_action and len(self._steps) == self._n:
+            complete.append(self._pop_oldest(a_t=a_tm1))
         self._steps.append((o_tm1, a_tm1, r_t))
         self._last = o_t
         if terminated:
-            return whole + self._drain(terminated=True)
-        if not self._waits and len(self._steps) == self._n:
-            whole.append(self._oldest())
-        return whole
+            return complete + self._drain(terminated=True)
+        if not self._needs_next_action and len(self._steps) == self._n:
+            complete.append(self._pop_oldest())
+        return complete
 
-    def cut(self, a_t: int = 0) -> list[Transition]:
-        """The episode was cut off after the newest step: the transitions that were under way.
+    def truncate(self, a_t: int = 0) -> list[Transition]:
+        """End an episode that was truncated after the newest step.
 
         Args:
-            a_t: the action that would have been taken next, for whoever waits for it.
+            a_t: the action that would have been taken next; used only with `needs_next_action`.
+
+        Returns:
+            The transitions that were still incomplete, oldest first; they all bootstrap.
         """
         return self._drain(terminated=False, a_t=a_t)
 
     def _drain(self, *, terminated: bool, a_t: int = 0) -> list[Transition]:
-        return [self._oldest(terminated=terminated, a_t=a_t) for _ in range(len(self._steps))]
+        return [self._pop_oldest(terminated=terminated, a_t=a_t) for _ in range(len(self._steps))]
 
-    def _oldest(self, *, terminated: bool = False, a_t: int = 0) -> Transition:
-        assert self._last is not None  # noqa: S101 - there is a step, so there is one after it
+    def _pop_oldest(self, *, terminated: bool = False, a_t: int = 0) -> Transition:
+        assert self._last is not None  # noqa: S101 - set with every step
         total = 0.0
         for _, _, reward in reversed(self._steps):
             total = reward + self._gamma * total

@@ -13,6 +13,9 @@ class Ring:
     Args:
         capacity: records, at least 1.
         dtype: of one record.
+
+    Raises:
+        ValueError: the capacity is less than 1.
     """
 
     def __init__(self, capacity: int, dtype: np.dtype[np.void]) -> None:
@@ -26,17 +29,17 @@ class Ring:
 
     @property
     def capacity(self) -> int:
-        """Records that fit."""
+        """The most records it can hold."""
         return len(self._records)
 
     @property
     def added(self) -> int:
-        """Records ever appended, those since overwritten included."""
+        """Records ever appended, including those overwritten since."""
         return self._added
 
     @property
     def records(self) -> RecordArray:
-        """The records held, in storage order (a view, not by age)."""
+        """The records held, in storage order, not by age (a view)."""
         return self._records[: len(self)]
 
     def append(self, record: tuple[Any, ...]) -> None:
@@ -45,7 +48,7 @@ class Ring:
         self._added += 1
 
     def restore(self, records: RecordArray, added: int) -> None:
-        """Take over records and count from `records` and `added` of another ring.
+        """Copy in the `records` and the count `added` of another ring.
 
         Raises:
             ValueError: the dtype, the capacity or the count does not fit.

@@ -1,4 +1,4 @@
-"""Sums over a row of numbers, kept so that one can be drawn in proportion to its size."""
+"""A sum tree: numbers that can be changed, and drawn in proportion to their size, in log time."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,13 +7,16 @@ from touchdown.core.types import FloatArray, IntArray
 
 
 class SumTree:
-    """A full binary tree whose leaves are the numbers and whose nodes are sums of two.
+    """A full binary tree: the leaves are the numbers, every inner node is the sum of its children.
 
-    Every node is added up anew from the two below it whenever one of them changes, so that rounding
-    never gathers.
+    When a number changes, every node above it is summed anew from its children, so rounding errors
+    never accumulate.
 
     Args:
-        size: numbers, all 0 at first; at least 1.
+        size: how many numbers, at least 1; all are 0 at first.
+
+    Raises:
+        ValueError: the size is less than 1.
     """
 
     def __init__(self, size: int) -> None:
@@ -21,11 +24,12 @@ class SumTree:
             raise ValueError(f"size must be at least 1, got {size}")
         self._first_leaf = 1 << (size - 1).bit_length()
         self._size = size
-        self._nodes: NDArray[np.float64] = np.zeros(2 * self._first_leaf)  # node i is over 2i, 2i+1
+        # node i is the parent of 2i and 2i + 1; node 1 is the root
+        self._nodes: NDArray[np.float64] = np.zeros(2 * self._first_leaf)
 
     @property
     def total(self) -> float:
-        """The sum of all."""
+        """The sum of all numbers."""
         return float(self._nodes[1])
 
     @property
@@ -34,7 +38,7 @@ class SumTree:
         return self._nodes[self._first_leaf : self._first_leaf + self._size]
 
     def set(self, indices: IntArray, values: FloatArray) -> None:
-        """Change some numbers; of one index that comes more than once the last counts.
+        """Change some numbers; where an index is repeated, its last value counts.
 
         Args:
             indices: [n], from 0.
@@ -50,7 +54,7 @@ class SumTree:
             nodes[places] = nodes[2 * places] + nodes[2 * places + 1]
 
     def set_one(self, index: int, value: float) -> None:
-        """Change one number, without numpy's calls, which would cost twenty times as much."""
+        """Change one number in plain Python: NumPy's calls would take twenty times as long."""
         nodes = self._nodes
         place = index + self._first_leaf
         nodes[place] = value
@@ -59,19 +63,19 @@ class SumTree:
             nodes[place] = nodes[2 * place] + nodes[2 * place + 1]
 
     def find(self, sums: FloatArray) -> IntArray:
-        """Of each sum, the index of the number in which the running sum passes it: [n] to [n].
+        """For each sum, the index at which the cumulative sum first exceeds it: [n] to [n].
 
         Args:
             sums: from 0, less than `total`.
         """
         nodes = self._nodes
         places = np.ones(len(sums), np.int64)
-        left_over = np.array(sums, np.float64)
+        remainder = np.array(sums, np.float64)
         while places[0] < self._first_leaf:
             places *= 2
             left = nodes[places]
-            # where the right half is empty, rounding must not lead into it
-            right = (left_over >= left) & (nodes[places + 1] > 0)
-            left_over -= left * right
+            # rounding must not lead into a right half that is empty
+            right = (remainder >= left) & (nodes[places + 1] > 0)
+            remainder -= left * right
             places += right
         return places - self._first_leaf

@@ -1,4 +1,4 @@
-"""One transition, on its way into a replay memory and as a packed record in it."""
+"""A transition, as a value and as a packed record in a replay memory."""
 
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ from touchdown.core.types import FloatArray
 
 
 class Transition(NamedTuple):
-    """One transition (s, a, r, γ, s′) of one or more steps, on its way into a memory."""
+    """One transition (s, a, r, γ, s′) over one or more steps."""
 
     o_tm1: FloatArray
     """[D]"""
@@ -20,14 +20,14 @@ class Transition(NamedTuple):
     """[D]"""
     terminated: bool
     a_t: int = 0
-    """The next action, where the TD target needs it."""
+    """The next action, for a TD target that uses it."""
 
 
 def transition_dtype(observation_size: int) -> np.dtype[np.void]:
-    """A transition as one record of 4-byte fields, so that a batch is one gather and one copy.
+    """The dtype of a packed transition: 4-byte fields only, so a batch is one gather and one copy.
 
-    `terminated` is kept beside `discount_t` because γ = 0 makes every discount zero; `a_t`, the
-    next action, is known only where a target asks for it.
+    `terminated` is stored beside `discount_t` because with γ = 0 every discount is zero; `a_t`, the
+    next action, is set only where the TD target needs it.
     """
     return np.dtype(
         [
@@ -43,6 +43,6 @@ def transition_dtype(observation_size: int) -> np.dtype[np.void]:
 
 
 def field_offsets(observation_size: int) -> dict[str, int]:
-    """Where each field of a packed transition begins, in 4-byte words."""
+    """The index of each field's first 4-byte entry in a packed transition."""
     fields = transition_dtype(observation_size).fields or {}
     return {name: offset // 4 for name, (_, offset, *_) in fields.items()}

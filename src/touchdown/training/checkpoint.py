@@ -13,8 +13,8 @@ from safetensors.numpy import save
 from touchdown.agents.agent import Agent
 from touchdown.core import files, records
 from touchdown.core.errors import UserError, one_line
-from touchdown.core.files import Tensors
 from touchdown.core.seeding import Streams
+from touchdown.core.types import Tensors
 from touchdown.envs.episodes import Episode
 from touchdown.training.state import (
     FORMAT_VERSION,

@@ -74,7 +74,7 @@ class Selection:
             seconds: of training so far, asked when the environment turns out to be solved.
         """
         training, progress = self._config.training, self._progress
-        env_steps = self._agent.observations
+        env_steps = self._agent.env_steps
         period = training.validation_period
         progress.next_validation = (env_steps // period + 1) * period
         params = self._agent.params()

@@ -135,7 +135,7 @@ class Trainer:
         pace = Pace(
             self._budget,
             episodes=progress.episodes,
-            env_steps=self._agent.observations,
+            env_steps=self._agent.env_steps,
             seconds=progress.seconds,
             began=self._began,
         )
@@ -146,7 +146,7 @@ class Trainer:
                 self._record_update(agent_step.metrics)
             self._record_episodes(agent_step, pace)
             if agent_step.ended:
-                env_steps = self._agent.observations
+                env_steps = self._agent.env_steps
                 progress.trained = self._budget.done(progress.episodes, env_steps) >= 1
                 if env_steps >= progress.next_validation or progress.trained:
                     self._selection.validate(pace.seconds)
@@ -167,14 +167,14 @@ class Trainer:
         self._history.update(
             metrics,
             updates=self._agent.updates,
-            env_steps=self._agent.observations,
+            env_steps=self._agent.env_steps,
             learning_rate=self._config.learning.learning_rate,
         )
 
     def _record_episodes(self, agent_step: AgentStep, pace: Pace) -> None:
         """Record the episodes that ended in a step, and report where training stands."""
         progress, history = self._progress, self._history
-        env_steps = self._agent.observations
+        env_steps = self._agent.env_steps
         for episode, outcome in zip(agent_step.ended, self._outcomes(agent_step), strict=True):
             progress.seconds = pace.seconds()
             progress.episodes += 1

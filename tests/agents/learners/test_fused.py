@@ -12,18 +12,12 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from stepping import fly
-from touchdown.agents.learners import fused
+from touchdown.agents.learners import _fused, fused
 from touchdown.agents.learners._fused import Perceptron, simd
-from touchdown.agents.learners.fused import FusedNetwork
-from touchdown.agents.learners.jax import (
-    LearnerState,
-    copy_target,
-    init_learner,
-    make_fit,
-    make_update,
-    state_from,
-    tensors_of,
-)
+from touchdown.agents.learners.factory import make_learner
+from touchdown.agents.learners.fused import FusedLearner, FusedNetwork, numpy_state
+from touchdown.agents.learners.state import LearnerState, init_state, tensors_of
+from touchdown.agents.learners.update import make_fit, make_update
 from touchdown.agents.networks import QNetwork
 from touchdown.agents.registry import make_agent
 from touchdown.config.config import Config
@@ -38,10 +32,11 @@ from touchdown.config.sections import (
 from touchdown.core.errors import UserError
 from touchdown.core.seeding import streams
 from touchdown.core.types import Spaces
-from touchdown.replay.transition import transition_dtype
+from touchdown.replay.transition import field_offsets, transition_dtype
 
 D, A, K = 5, 3, 6
 SPACES = Spaces(observation_size=5, num_actions=2)
+SEEN = np.random.default_rng(9).normal(size=(7, D)).astype(np.float32)
 
 
 def learning(**changes: Any) -> LearningConfig:
@@ -56,7 +51,7 @@ def learning(**changes: Any) -> LearningConfig:
 
 
 def batches(batch_size: int, seed: int = 0) -> np.ndarray:
-    """Records of random transitions as words, [K, B, W]."""
+    """Random packed transitions, [K, B, W]."""
     rng = np.random.default_rng(seed)
     count = K * batch_size
     records = np.zeros(count, transition_dtype(D))
@@ -67,12 +62,19 @@ def batches(batch_size: int, seed: int = 0) -> np.ndarray:
     return records.view(np.float32).reshape(K, batch_size, -1)
 
 
-def begin(network: QNetwork, config: LearningConfig) -> LearnerState:
-    """A learner whose target network is another than its online one."""
-    state = init_learner(network, config, 0)
-    if state.target_params is None:
-        return state
-    return state._replace(target_params=init_learner(network, config, 1).online_params)
+def new_learner(shape: NetworkConfig, config: LearningConfig) -> FusedLearner:
+    """A learner whose target network differs from its online one, where it has one."""
+    network = QNetwork(D, A, shape)
+    learner = FusedLearner(network, Config(network=shape, learning=config))
+    if learner.state.target_params is not None:
+        other = np.array(init_state(network, config, 1).online_params)
+        learner.state = learner.state._replace(target_params=other)
+    return learner
+
+
+def jax_state(learner: FusedLearner) -> LearnerState:
+    """A copy of its state as JAX's functions take it."""
+    return jax.tree.map(jnp.array, learner.state)
 
 
 def assert_same_state(ours: LearnerState, twin: LearnerState) -> None:
@@ -97,7 +99,7 @@ RULES = {
     "double": learning(double=True),
     "sarsa": learning(target="sarsa"),
     "without a target network": learning(target_period=0),
-    "a target that follows": learning(target_period=0, polyak=0.1, double=True),
+    "soft updates": learning(target_period=0, polyak=0.1, double=True),
     "clipped": learning(max_grad_norm=0.05),
     "one step size": learning(learning_rate_duration=0),
 }
@@ -106,54 +108,57 @@ RULES = {
 @pytest.mark.parametrize("config", RULES.values(), ids=RULES)
 @pytest.mark.parametrize("shape", NETWORKS.values(), ids=NETWORKS)
 def test_updates_are_those_of_the_jax_function(shape, config):
-    network, words = FusedNetwork(D, A, shape), batches(21)
-    twin = state = begin(network, config)
+    learner, packed = new_learner(shape, config), batches(21)
+    twin = jax_state(learner)
     weights = np.random.default_rng(1).random((K, 21), np.float32)
-    ours, metrics, td_error = fused.make_learn(network, config)(fused.own(state), words, weights)
+    metrics, td_error, next_q = learner.update(packed, weights, SEEN, 0, measured=True)
+    network = learner.model.network
     update = jax.jit(make_update(network, config), static_argnames="measured")
     for number in range(K):
-        twin, expected, errors = update(twin, words[number], weights[number], measured=True)
+        twin, expected, errors = update(twin, packed[number], weights[number], measured=True)
         assert_allclose(td_error[number], errors, rtol=2e-3, atol=2e-5)
-    assert_same_state(ours, twin)
+    assert_same_state(learner.state, twin)
     assert_allclose(metrics, expected, rtol=2e-3, atol=2e-5)
+    assert_allclose(next_q, network.apply(twin.online_params, SEEN), rtol=2e-3, atol=2e-3)
 
 
 @pytest.mark.parametrize("batch_size", [1, 15, 16, 17, 64])
 def test_any_size_of_a_minibatch_fills_its_panels(batch_size):
-    config, network = learning(loss="huber"), FusedNetwork(D, A, NETWORKS["normalised"])
-    state, words = begin(network, config), batches(batch_size)[:1]
-    ours, metrics, _ = fused.make_learn(network, config)(fused.own(state), words, None)
-    update = jax.jit(make_update(network, config), static_argnames="measured")
-    twin, expected, _ = update(state, words[0], None, measured=True)
-    assert_same_state(ours, twin)
+    config, shape = learning(loss="huber"), NETWORKS["normalised"]
+    learner, packed = new_learner(shape, config), batches(batch_size)[:1]
+    before = jax_state(learner)
+    metrics, _, _ = learner.update(packed, None, SEEN, 0, measured=True)
+    update = jax.jit(make_update(learner.model.network, config), static_argnames="measured")
+    twin, expected, _ = update(before, packed[0], None, measured=True)
+    assert_same_state(learner.state, twin)
     assert_allclose(metrics, expected, rtol=1e-3, atol=1e-5)
 
 
 @pytest.mark.parametrize("shape", NETWORKS.values(), ids=NETWORKS)
 def test_fits_to_given_targets_are_those_of_the_jax_function(shape):
     config = learning(loss="huber", max_grad_norm=0.5, target_period=0)
-    network, rng = FusedNetwork(D, A, shape), np.random.default_rng(2)
-    state = init_learner(network, config, 0)
+    learner, rng = new_learner(shape, config), np.random.default_rng(2)
+    twin = jax_state(learner)
     o_tm1 = rng.normal(size=(40, D)).astype(np.float32)
     a_tm1, target = rng.integers(A, size=40, dtype=np.int32), rng.random(40, np.float32)
     order = np.stack([rng.permutation(40)[:18] for _ in range(K)])
-    ours, metrics = fused.make_fit(network, config)(fused.own(state), o_tm1, a_tm1, target, order)
-    fit = jax.jit(make_fit(network, config))
-    twin = state
+    metrics = learner.fit(o_tm1, a_tm1, target, order)
+    fit = jax.jit(make_fit(learner.model.network, config))
     for rows in order:
         twin, expected = fit(twin, o_tm1[rows], a_tm1[rows], target[rows])
-    assert_same_state(ours, twin)
+    assert_same_state(learner.state, twin)
     assert_allclose(metrics, expected, rtol=1e-3, atol=1e-5)
 
 
 @pytest.mark.parametrize("shape", NETWORKS.values(), ids=NETWORKS)
-def test_values_are_those_of_the_jax_function_whoever_is_beside(shape):
-    network = FusedNetwork(D, A, shape)
-    params = np.array(network.init(jax.random.key(3)))
+def test_values_are_those_of_the_jax_function_whatever_is_beside(shape):
+    twin = QNetwork(D, A, shape)
+    network = FusedNetwork(twin)
+    params = np.array(twin.init(jax.random.key(3)))
     observations = np.random.default_rng(3).normal(size=(37, D)).astype(np.float32)
-    q = network.values(params, observations)
-    assert_allclose(q, network.apply(jnp.array(params), observations), atol=1e-5)
-    alone = [network.values(params, row[None])[0] for row in observations]
+    q = network.values_of_each(params, observations)
+    assert_allclose(q, twin.apply(jnp.array(params), observations), atol=1e-5)
+    alone = [network.values_of_each(params, row[None])[0] for row in observations]
     assert_array_equal(q, alone)
 
 
@@ -161,31 +166,53 @@ def test_one_step_of_adam_from_one_transition_can_be_checked_in_the_head():
     # Q(s,·) = (2s, 5s): of s = 1, Q(s,0) = 2; δ = 1 + ½·max(4, 10) − 2 = 4
     shape = NetworkConfig(hidden_sizes=())
     config = LearningConfig(learning_rate=0.25, target_period=100)
-    network = FusedNetwork(1, 2, shape)
+    learner = FusedLearner(QNetwork(1, 2, shape), Config(network=shape, learning=config))
     params = jnp.array([2.0, 5.0, 0.0, 0.0])  # two weights, two biases
-    state = init_learner(network, config, 0)
-    state = fused.own(state._replace(online_params=params, target_params=params))
+    learner.state = numpy_state(learner.state._replace(online_params=params, target_params=params))
     record = np.zeros(1, transition_dtype(1))
     record["o_tm1"], record["r_t"], record["discount_t"], record["o_t"] = 1.0, 1.0, 0.5, 2.0
-    words = record.view(np.float32).reshape(1, 1, -1)
-    state, metrics, td_error = fused.make_learn(network, config)(state, words, None)
+    packed = record.view(np.float32).reshape(1, 1, -1)
+    metrics, td_error, next_q = learner.update(
+        packed, None, np.ones((1, 1), np.float32), 0, measured=True
+    )
     assert td_error.tolist() == [[4.0]]
     assert metrics[:3] == (16.0, 3.5, 5.0)
     assert_allclose(metrics.gradient_norm, np.hypot(8.0, 8.0))  # −2δ for weight and bias
     # Adam's first step is the step size, whatever the gradient's length; the other action stays
-    assert_allclose(state.online_params, [2.25, 5.0, 0.25, 0.0])
-    assert_allclose(state.target_params, params)
-    assert copy_target(state).target_params.tolist() == state.online_params.tolist()
+    assert_allclose(learner.state.online_params, [2.25, 5.0, 0.25, 0.0])
+    assert_allclose(next_q, [[2.5, 5.0]])  # of s = 1 after the update
+    assert_allclose(learner.state.target_params, params)
+    learner.copy_target()
+    assert learner.state.target_params.tolist() == learner.state.online_params.tolist()
 
 
 def test_a_state_goes_through_tensors_and_learns_on_alike():
-    config, network = learning(), FusedNetwork(D, A, NETWORKS["one layer"])
-    learn, words = fused.make_learn(network, config), batches(8)
-    state = learn(fused.own(begin(network, config)), words, None).state
-    again = state_from(fused.own(begin(network, config)), tensors_of(state))
-    went_on, restored = (tensors_of(learn(each, words, None).state) for each in (state, again))
-    for name, tensor in went_on.items():
-        assert_array_equal(restored[name], tensor)
+    learner, restored = (new_learner(NETWORKS["one layer"], learning()) for _ in range(2))
+    learner.update(batches(8), None, SEEN, 0, measured=False)
+    restored.restore(learner.tensors())
+    for each in (learner, restored):
+        each.update(batches(8), None, SEEN, K, measured=False)
+    for name, tensor in learner.tensors().items():
+        assert_array_equal(restored.tensors()[name], tensor)
+
+
+def test_a_policy_is_computed_by_the_kernel_and_described_as_the_same_network_in_jax():
+    shape = NETWORKS["normalised"]
+    model, twin = FusedNetwork(QNetwork(D, A, shape)), QNetwork(D, A, shape)
+    params = np.array(twin.init(jax.random.key(0)))
+    assert_array_equal(model.policy(params).values(SEEN), model.values_of_each(params, SEEN))
+    assert_allclose(model.policy(params).values(SEEN), twin.policy(params).values(SEEN), atol=1e-5)
+    assert model.describe() == twin.describe()
+    layers = {name: np.asarray(values) for name, values in model.layers(params).items()}
+    assert_array_equal(model.params_of(layers), params)
+
+
+def test_the_kernel_reads_each_field_of_a_packed_transition_where_it_is():
+    transition_fields = getattr(_fused, "transition_fields", None)
+    if transition_fields is None:
+        pytest.skip("this build of the kernel does not say where it reads them")
+    for size in (1, 8):
+        assert transition_fields(size) == field_offsets(size)
 
 
 AGENTS = {
@@ -199,7 +226,7 @@ AGENTS = {
 
 @pytest.mark.parametrize("config", AGENTS.values(), ids=AGENTS)
 def test_an_agent_learns_the_same_on_either_backend(chain, config):
-    def learnt(backend: str) -> np.ndarray:
+    def learned(backend: str) -> np.ndarray:
         settings = replace(
             config,
             network=NetworkConfig(hidden_sizes=(16,), layer_norm=True),
@@ -213,7 +240,7 @@ def test_an_agent_learns_the_same_on_either_backend(chain, config):
         assert agent.updates > 10
         return agent.params()
 
-    assert_allclose(learnt("fused"), learnt("jax"), rtol=1e-3, atol=1e-4)
+    assert_allclose(learned("fused"), learned("jax"), rtol=1e-3, atol=1e-4)
 
 
 def perceptron_call(**changes: Any) -> dict[str, Any]:
@@ -279,8 +306,9 @@ def test_indices_outside_of_the_samples_are_refused():
 
 def test_a_machine_without_the_kernel_is_told_what_would_help(monkeypatch):
     monkeypatch.setattr(fused, "is_built", lambda: False)
+    config = Config(learning=LearningConfig(backend="fused"))
     with pytest.raises(UserError, match=r"backend = 'fused': was not built.*backend = 'jax'"):
-        FusedNetwork(D, A, NetworkConfig())
+        make_learner(config, SPACES)
 
 
 def test_every_instruction_set_that_runs_here_learns_the_same():
@@ -299,7 +327,7 @@ def test_every_instruction_set_that_runs_here_learns_the_same():
         "print(simd(), *params.tolist())\n"
     )
 
-    def learnt(name: str) -> list[str]:
+    def learned(name: str) -> list[str]:
         environment = {**os.environ, "TOUCHDOWN_SIMD": name}
         said = subprocess.run(
             [sys.executable, "-c", program],
@@ -310,14 +338,14 @@ def test_every_instruction_set_that_runs_here_learns_the_same():
         )
         return said.stdout.split()
 
-    widest = learnt(simd())
+    widest = learned(simd())
     assert widest[0] == simd()
     for name in ("baseline", "avx2"):
-        others = learnt(name)
+        others = learned(name)
         if not others:
             continue  # this processor does not have it
         assert others[0] == name
         assert_allclose(
             [float(p) for p in others[1:]], [float(p) for p in widest[1:]], rtol=2e-3, atol=2e-4
         )
-    assert learnt("baseline")
+    assert learned("baseline")

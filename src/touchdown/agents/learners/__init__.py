@@ -1,1 +1,4 @@
-"""What computes updates: JAX on any device, or the fused kernel in C++."""
+"""Learners: a network with its optimizer's state, and how it is updated.
+
+`learner` is the contract, `jax` and `fused` fulfil it, `factory` picks one by the config.
+"""

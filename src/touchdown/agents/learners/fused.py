@@ -1,83 +1,232 @@
-"""The fused kernel behind the interfaces of the JAX functions that are its slow twins."""
+"""The learner whose values and updates a fused C++ kernel computes, on the CPU.
+
+Its slow twins are the functions of JAX in `update`: the same arithmetic but for rounding.
+"""
 
 import importlib.util
-from collections.abc import Callable
+from collections.abc import Mapping
+from functools import cached_property, partial
 from typing import Any, NamedTuple, cast
 
 import jax
 import numpy as np
 from numpy.typing import NDArray
 
-from touchdown.agents.learners.jax import LearnerState, Metrics, Updated
-from touchdown.agents.networks import QNetwork
-from touchdown.config.sections import LearningConfig, NetworkConfig
+from touchdown.agents.learners.learner import FitResult, UpdateResult
+from touchdown.agents.learners.state import (
+    LearnerState,
+    Metrics,
+    copy_target,
+    init_state,
+    state_from,
+    tensors_of,
+)
+from touchdown.agents.networks import GreedyPolicy, QNetwork
+from touchdown.agents.rollout import Rollout, rollout_targets
+from touchdown.config.config import Config
+from touchdown.config.sections import LearningConfig
 from touchdown.core.errors import UserError
+from touchdown.core.types import FloatArray, Tensors
 
 Floats = NDArray[np.float32]
 
 
 def is_built() -> bool:
-    """Whether the package was installed where there was a C++ compiler."""
+    """Whether the C++ kernel was built when the package was installed."""
     return importlib.util.find_spec("touchdown.agents.learners._fused") is not None
 
 
-class FusedNetwork(QNetwork):
-    """A Q-network whose values and updates are computed by the fused kernel, on the CPU.
-
-    Its parameters are those of the `QNetwork` with the same config, in the same order.
+class FusedNetwork:
+    """A Q-network whose values the fused kernel computes, and whose parameters are a `QNetwork`'s.
 
     Args:
-        observation_size: D, inputs.
-        num_actions: A, outputs.
-        config: layers and head.
+        network: the same network in JAX.
 
     Raises:
         UserError: the kernel was not built.
     """
 
-    def __init__(self, observation_size: int, num_actions: int, config: NetworkConfig) -> None:
-        super().__init__(observation_size, num_actions, config)
+    def __init__(self, network: QNetwork) -> None:
         if not is_built():
             raise UserError(
                 "backend = 'fused': was not built, as there was no C++ compiler; install one, such "
                 "as g++, and touchdown again, or take backend = 'jax'"
             )
-        # where it was not built there is nothing to import
-        from touchdown.agents.learners._fused import Perceptron  # noqa: PLC0415
+        from touchdown.agents.learners._fused import Perceptron  # noqa: PLC0415 - if it was built
 
+        self.network = network
         self.perceptron = Perceptron(
-            observation_size,
-            config.hidden_sizes,
-            num_actions,
-            layer_norm=config.layer_norm,
-            dueling=config.dueling,
+            network.observation_size,
+            network.config.hidden_sizes,
+            network.num_actions,
+            layer_norm=network.config.layer_norm,
+            dueling=network.config.dueling,
         )
-        self.values = self._values
-
-    def _values(self, params: Any, observations: Any, _noise: None = None) -> Any:
-        """As the slow twin's, which takes noise too: no network of this kind has any."""
-        return self.values_of_each(params, observations)
 
     def values_of_each(self, params: Any, observations: Any) -> Any:
-        """Q(s,·) of any number of observations, [N, D] to [N, A]: of each as it would be alone."""
+        """Q(s,·) of any number of observations, [N, D] to [N, A].
+
+        Each row depends on its own observation alone, to the last bit.
+        """
         observations = np.ascontiguousarray(observations, np.float32)
-        q = np.empty((len(observations), self.num_actions), np.float32)
+        q = np.empty((len(observations), self.network.num_actions), np.float32)
         self.perceptron.values(np.asarray(params), observations, q)
         return q
 
+    def layers(self, params: FloatArray) -> Mapping[str, Any]:
+        """The parameters by name, as `QNetwork.layers`."""
+        return self.network.layers(params)
 
-def own(state: LearnerState) -> LearnerState:
-    """A copy of a learner's state in memory that the kernel may write to."""
+    def params_of(self, layers: Tensors) -> FloatArray:
+        """Flat parameters from named ones, as `QNetwork.params_of`."""
+        return self.network.params_of(layers)
+
+    def policy(self, params: FloatArray) -> GreedyPolicy:
+        """The greedy policy of these parameters [P], computed by the kernel."""
+        return GreedyPolicy(self, params)
+
+    def describe(self) -> dict[str, Any]:
+        """The network's config, as `QNetwork.describe`: weights do not depend on the backend."""
+        return self.network.describe()
+
+
+class FusedLearner:
+    """Updates a network by the fused kernel, which writes to the state in place.
+
+    Args:
+        network: to learn.
+        config: all settings; only what the kernel has (`config.rules` refuses the rest).
+
+    Raises:
+        UserError: the kernel was not built.
+    """
+
+    def __init__(self, network: QNetwork, config: Config) -> None:
+        self.model = FusedNetwork(network)
+        self.state = numpy_state(init_state(network, config.learning, config.seed))
+        self._config = config
+
+    def values(self, observations: FloatArray, env_steps: int) -> FloatArray:
+        """Q(s,·) for choosing actions: [N, D] to [N, A]."""
+        del env_steps  # no network of the kernel's has noisy weights
+        return self.model.values_of_each(self.state.online_params, observations)
+
+    def update(
+        self,
+        packed: Floats,
+        weights: Floats | None,
+        next_observations: FloatArray,
+        updates: int,
+        *,
+        measured: bool,
+    ) -> UpdateResult:
+        """Update the parameters by K minibatches, one after the other."""
+        del updates
+        config, adam = self._config.learning, _adam_of(self.state)
+        td_error = np.empty(packed.shape[:2], np.float32)
+        metrics = self.model.perceptron.learn(
+            cast(Any, self.state.online_params),
+            cast(Any, self.state.target_params),
+            adam.mu,
+            adam.nu,
+            adam.updates,
+            step_sizes(config, adam.updates, len(packed)),
+            packed,
+            weights,
+            td_error,
+            huber=config.loss == "huber",
+            double_q=config.double,
+            sarsa=config.target == "sarsa",
+            reward_scale=config.reward_scale,
+            max_grad_norm=config.max_grad_norm,
+            polyak=config.polyak,
+        )
+        adam.advance(len(packed))
+        next_q = self.model.values_of_each(self.state.online_params, next_observations)
+        return UpdateResult(_metrics(metrics) if measured else None, td_error, next_q)
+
+    def fit_rollout(
+        self, rollout: Rollout, order: NDArray[np.int64], next_observations: FloatArray
+    ) -> FitResult:
+        """Fit Q(s,a) to the λ-returns of a rollout by K minibatches, one after the other."""
+        o_tm1, o_t = (part.reshape(-1, part.shape[2]) for part in (rollout.o_tm1, rollout.o_t))
+        q_t = self.model.values_of_each(self.state.online_params, o_t)
+        targets = cast(Floats, np.asarray(self._targets(rollout, q_t)))
+        metrics = self.fit(
+            cast(Any, o_tm1), cast(Any, rollout.a_tm1.ravel()), targets.ravel(), order
+        )
+        next_q = self.model.values_of_each(self.state.online_params, next_observations)
+        return FitResult(metrics, next_q)
+
+    def fit(
+        self,
+        o_tm1: Floats,
+        a_tm1: NDArray[np.int32],
+        targets: Floats,
+        order: NDArray[np.int64],
+    ) -> Metrics:
+        """Fit Q(s,a) to given targets by K minibatches, one after the other.
+
+        Args:
+            o_tm1: observations, [M, D].
+            a_tm1: actions, [M].
+            targets: of Q(s,a), [M].
+            order: which of them each minibatch takes, [K, B].
+
+        Returns:
+            Metrics of the last update.
+        """
+        config, adam = self._config.learning, _adam_of(self.state)
+        metrics = self.model.perceptron.fit(
+            cast(Any, self.state.online_params),
+            adam.mu,
+            adam.nu,
+            adam.updates,
+            step_sizes(config, adam.updates, len(order)),
+            o_tm1,
+            a_tm1,
+            targets,
+            order,
+            np.empty(order.shape, np.float32),
+            huber=config.loss == "huber",
+            max_grad_norm=config.max_grad_norm,
+        )
+        adam.advance(len(order))
+        return _metrics(metrics)
+
+    def copy_target(self) -> None:
+        """Θ′ ← Θ (Eq. 5)."""
+        self.state = copy_target(self.state)
+
+    def tensors(self) -> Tensors:
+        """All arrays of the state by name, for a checkpoint."""
+        return tensors_of(self.state)
+
+    def restore(self, tensors: Mapping[str, NDArray[Any]]) -> None:
+        """Set the state to what `tensors` returned.
+
+        Raises:
+            ValueError: the names, shapes or types are not those of this learner.
+        """
+        self.state = state_from(self.state, tensors)
+
+    @cached_property
+    def _targets(self) -> Any:
+        return jax.jit(partial(rollout_targets, config=self._config))
+
+
+def numpy_state(state: LearnerState) -> LearnerState:
+    """A copy of a learner's state in arrays that the kernel can write to."""
     return cast(LearnerState, jax.tree.map(np.array, state))
 
 
 class _Adam(NamedTuple):
-    """Adam's arrays inside an optimiser's state, to be written to."""
+    """Adam's arrays inside an optimizer's state, which the kernel writes to."""
 
     mu: Floats
     nu: Floats
     counts: list[NDArray[np.int32]]
-    """Updates done, as often as the chain of transformations counts them."""
+    """Updates done: one count for each transformation in the chain that keeps one."""
 
     @property
     def updates(self) -> int:
@@ -96,8 +245,8 @@ def _adam_of(state: LearnerState) -> _Adam:
     return _Adam(mu, nu, [leaf for name, leaf in named if name == "count"])
 
 
-def _rates(config: LearningConfig, first: int, count: int) -> Floats:
-    """Step sizes of some updates in a row, [K] (as `learner.make_optimizer`'s schedule)."""
+def step_sizes(config: LearningConfig, first: int, count: int) -> Floats:
+    """Step sizes of `count` updates from number `first` on, [K]: `make_optimizer`'s schedule."""
     if not config.learning_rate_duration:
         return np.full(count, config.learning_rate, np.float32)
     left = 1 - np.minimum(first + np.arange(count), config.learning_rate_duration) / (
@@ -105,84 +254,6 @@ def _rates(config: LearningConfig, first: int, count: int) -> Floats:
     )
     fall = config.learning_rate - config.learning_rate_end
     return (config.learning_rate_end + fall * left).astype(np.float32)
-
-
-def make_learn(
-    network: FusedNetwork, config: LearningConfig
-) -> Callable[[LearnerState, Floats, Floats | None], Updated]:
-    """K updates of `learner.make_update` in one call.
-
-    Returns:
-        A function of a state of `own`, which is written to, of records [K, B, W] and of their
-        weights [K, B]. Gives that state, metrics of the last update, and TD errors [K, B].
-    """
-
-    def learn(state: LearnerState, words: Floats, weights: Floats | None) -> Updated:
-        adam = _adam_of(state)
-        td_error = np.empty(words.shape[:2], np.float32)
-        metrics = network.perceptron.learn(
-            cast(Any, state.online_params),
-            cast(Any, state.target_params),
-            adam.mu,
-            adam.nu,
-            adam.updates,
-            _rates(config, adam.updates, len(words)),
-            words,
-            weights,
-            td_error,
-            huber=config.loss == "huber",
-            double_q=config.double,
-            sarsa=config.target == "sarsa",
-            reward_scale=config.reward_scale,
-            max_grad_norm=config.max_grad_norm,
-            polyak=config.polyak,
-        )
-        adam.advance(len(words))
-        return Updated(state, _metrics(metrics), cast(Any, td_error))
-
-    return learn
-
-
-def make_fit(
-    network: FusedNetwork, config: LearningConfig
-) -> Callable[
-    [LearnerState, Floats, NDArray[np.int32], Floats, NDArray[np.int64]],
-    tuple[LearnerState, Metrics],
-]:
-    """K updates of `learner.make_fit` in one call.
-
-    Returns:
-        A function of a state of `own`, which is written to, of observations [M, D], actions [M]
-        and targets [M], and of which of them each update takes, [K, B]. Gives that state and
-        metrics of the last update.
-    """
-
-    def fit(
-        state: LearnerState,
-        o_tm1: Floats,
-        a_tm1: NDArray[np.int32],
-        target: Floats,
-        order: NDArray[np.int64],
-    ) -> tuple[LearnerState, Metrics]:
-        adam = _adam_of(state)
-        metrics = network.perceptron.fit(
-            cast(Any, state.online_params),
-            adam.mu,
-            adam.nu,
-            adam.updates,
-            _rates(config, adam.updates, len(order)),
-            o_tm1,
-            a_tm1,
-            target,
-            order,
-            np.empty(order.shape, np.float32),
-            huber=config.loss == "huber",
-            max_grad_norm=config.max_grad_norm,
-        )
-        adam.advance(len(order))
-        return state, _metrics(metrics)
-
-    return fit
 
 
 def _metrics(values: tuple[float, float, float, float]) -> Metrics:

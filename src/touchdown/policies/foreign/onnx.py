@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from touchdown.agents.networks import in_blocks
+from touchdown.agents.greedy import in_blocks
 from touchdown.core import files
 from touchdown.core.errors import UserError, one_line
 from touchdown.core.types import FloatArray, IntArray, Spaces

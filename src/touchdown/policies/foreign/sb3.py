@@ -13,7 +13,8 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from touchdown.agents.networks import GreedyPolicy, QNetwork
+from touchdown.agents.greedy import GreedyPolicy
+from touchdown.agents.networks import QNetwork
 from touchdown.config.sections import NetworkConfig
 from touchdown.core import files
 from touchdown.core.errors import UserError, one_line

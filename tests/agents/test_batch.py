@@ -13,16 +13,16 @@ RECORDS = [
 ]
 
 
-def words_of(records: np.ndarray) -> np.ndarray:
+def packed_of(records: np.ndarray) -> np.ndarray:
     return records.view(np.float32).reshape(len(records), -1)
 
 
 @pytest.mark.parametrize(
     "unpack", [unpack_transitions, jax.jit(unpack_transitions, static_argnums=1)]
 )
-def test_transitions_come_back_from_their_words(unpack):
+def test_packed_transitions_come_back_field_by_field(unpack):
     records = np.array(RECORDS, transition_dtype(2))
-    batch = unpack(words_of(records), 2)
+    batch = unpack(packed_of(records), 2)
     for name in ("o_tm1", "a_tm1", "r_t", "discount_t", "o_t", "a_t"):
         array = np.asarray(getattr(batch, name))
         assert array.dtype == records[name].dtype, name
@@ -34,13 +34,8 @@ def test_an_action_survives_though_its_bits_are_no_normal_float():
     records["a_tm1"] = [0, 1, 2, 3]  # as floats: zero and denormals, which arithmetic may flush
     records["a_t"] = [3, 2, 1, 0]
     records["terminated"] = 7
-    batch = jax.jit(unpack_transitions, static_argnums=1)(words_of(records), 8)
+    batch = jax.jit(unpack_transitions, static_argnums=1)(packed_of(records), 8)
     assert np.asarray(batch.a_tm1).tolist() == [0, 1, 2, 3]
     assert np.asarray(batch.a_t).tolist() == [3, 2, 1, 0]
     assert not np.any(batch.o_t)
     assert not np.any(batch.discount_t)
-
-
-@pytest.mark.parametrize("size", [1, 8])
-def test_a_record_is_two_observations_and_five_words(size: int):
-    assert transition_dtype(size).itemsize == 4 * (2 * size + 5)

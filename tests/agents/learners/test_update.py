@@ -7,8 +7,8 @@ import pytest
 from numpy.random import default_rng
 from numpy.testing import assert_allclose
 
-from touchdown.agents.learners import jax as jax_learner
-from touchdown.agents.learners.jax import LearnerState
+from touchdown.agents.learners.state import LearnerState, copy_target, init_state
+from touchdown.agents.learners.update import make_update
 from touchdown.agents.networks import QNetwork
 from touchdown.config.sections import LearningConfig, NetworkConfig
 from touchdown.replay.transition import transition_dtype
@@ -20,7 +20,7 @@ QUIET, MEASURED = False, True
 
 
 def random_batch(seed: int, size: int = 12, reward: float = 3.0) -> np.ndarray:
-    """Records with rewards of about `reward`, of which a quarter ended the world."""
+    """Records with rewards of about `reward`, of which a quarter terminated."""
     rng = default_rng(seed)
     batch = np.zeros(size, transition_dtype(5))
     batch["o_tm1"], batch["o_t"] = rng.normal(size=(2, size, 5))
@@ -31,7 +31,7 @@ def random_batch(seed: int, size: int = 12, reward: float = 3.0) -> np.ndarray:
     return batch
 
 
-def words_of(batch: np.ndarray) -> np.ndarray:
+def packed_of(batch: np.ndarray) -> np.ndarray:
     return batch.view(np.float32).reshape(len(batch), -1)
 
 
@@ -135,10 +135,10 @@ def test_updates_equal_backpropagation_and_adam_by_hand(config: LearningConfig, 
         target_period=config.target_period,
         learning_rate=0.001,
     )
-    state = jax_learner.init_learner(network, config, seed=0)
+    state = init_state(network, config, seed=0)
     if config.target_period:
         state = state._replace(target_params=network.init(jax.random.key(99)))
-    update = jax_learner.make_update(network, config)
+    update = make_update(network, config)
     online = layers_of(network, state.online_params)
     target = layers_of(network, state.target_params) if config.target_period else None
     moments = Moments(*([(w * 0, b * 0) for w, b in online] for _ in range(2)))
@@ -148,26 +148,18 @@ def test_updates_equal_backpropagation_and_adam_by_hand(config: LearningConfig, 
     for number, reward in enumerate((0.3, 1.0, 9.0), start=1):
         batch = random_batch(number, reward=reward)
         q_tm1 = np.array([forward(online, row["o_tm1"].astype(float))[-1] for row in batch])
-        state, metrics, _ = update(state, words_of(batch), None, MEASURED)
+        state, metrics, _ = update(state, packed_of(batch), None, MEASURED)
         loss, norm = slow_update(config, online, target, moments, number=number, batch=batch)
         for fast, slow in zip(layers_of(network, state.online_params), online, strict=True):
             assert_allclose(fast[0], slow[0], rtol=0, atol=1e-5)
             assert_allclose(fast[1], slow[1], rtol=0, atol=1e-5)
         assert_allclose(metrics.loss, loss, rtol=1e-4)
-        assert_allclose(metrics.gradient_norm, norm, rtol=1e-4)  # as it is before the clip
+        assert_allclose(metrics.gradient_norm, norm, rtol=1e-4)  # before clipping
         assert_allclose(metrics.mean_q, q_tm1.mean(), rtol=1e-4, atol=1e-5)
         assert_allclose(metrics.max_q, q_tm1.max(), rtol=1e-4)
         clipped.append(norm > config.max_grad_norm)
     if config.max_grad_norm:
         assert sorted(clipped) in ([False, True, True], [False, False, True])  # both happened
-
-
-def test_huber_is_a_parabola_up_to_its_knee_at_one_and_then_a_line():
-    assert float(jax_learner.losses_of(jnp.array([0.5]), "huber").mean()) == 0.125  # ½·½²
-    assert float(jax_learner.losses_of(jnp.array([1.0]), "huber").mean()) == 0.5
-    assert float(jax_learner.losses_of(jnp.array([-3.0]), "huber").mean()) == 2.5  # 3 − ½
-    assert float(jax_learner.losses_of(jnp.array([-3.0, 1.0]), "huber").mean()) == 1.5  # their mean
-    assert float(jax_learner.losses_of(jnp.array([-3.0, 1.0]), "mse").mean()) == 5.0
 
 
 # --- what an update touches ---
@@ -176,14 +168,14 @@ def test_huber_is_a_parabola_up_to_its_knee_at_one_and_then_a_line():
 @pytest.mark.parametrize("target_period", [0, 10])
 def test_gradient_does_not_flow_through_the_bootstrap(target_period: int, network: QNetwork):
     config = LearningConfig(optimizer="sgd", learning_rate=0.1, target_period=target_period)
-    state = jax_learner.init_learner(network, config, seed=0)
+    state = init_state(network, config, seed=0)
     batch = np.zeros(4, transition_dtype(5))
-    batch["o_tm1"][:, 0] = 1  # states 0 and 1 are learnt about
+    batch["o_tm1"][:, 0] = 1  # states 0 and 1 are learned about
     batch["o_tm1"][2:] = [0, 1, 0, 0, 0]
     batch["o_t"][:, 4] = 1  # state 4 is only bootstrapped from
     batch["discount_t"] = 1
     batch["r_t"] = 5
-    new, *_ = jax_learner.make_update(network, config)(state, words_of(batch), None, QUIET)
+    new, *_ = make_update(network, config)(state, packed_of(batch), None, QUIET)
     before, after = (layers_of(network, s.online_params)[0][0] for s in (state, new))
     assert np.array_equal(before[:, 4], after[:, 4])
     assert np.abs(before - after)[:, 0].max() > 1e-3
@@ -192,26 +184,22 @@ def test_gradient_does_not_flow_through_the_bootstrap(target_period: int, networ
 
 def test_updates_leave_the_target_network_alone(network: QNetwork):
     config = LearningConfig(target_period=10)
-    state = jax_learner.init_learner(network, config, seed=0)
+    state = init_state(network, config, seed=0)
     before = np.array(state.target_params)
     assert np.array_equal(before, state.online_params)  # it starts as a copy
     for number in range(3):
-        state, *_ = jax_learner.make_update(network, config)(
-            state, words_of(random_batch(number)), None, QUIET
+        state, *_ = make_update(network, config)(
+            state, packed_of(random_batch(number)), None, QUIET
         )
     assert np.array_equal(before, state.target_params)
     assert not np.isclose(before, state.online_params).all()
 
 
-def test_without_a_period_there_is_no_target_network(network: QNetwork):
-    assert jax_learner.init_learner(network, LearningConfig(), seed=0).target_params is None
-
-
 def test_a_copied_target_outlives_the_online_parameters_it_came_from(network: QNetwork):
     config = LearningConfig(target_period=10, batch_size=16)
-    update = jax.jit(jax_learner.make_update(network, config), donate_argnums=0, static_argnums=3)
-    state = jax_learner.init_learner(network, config, seed=0)
-    batch = words_of(random_batch(1, size=16))
+    update = jax.jit(make_update(network, config), donate_argnums=0, static_argnums=3)
+    state = init_state(network, config, seed=0)
+    batch = packed_of(random_batch(1, size=16))
     for _ in range(2):  # donated from the start, and after a copy
         old_target = np.array(state.target_params)
         donated = state
@@ -219,7 +207,7 @@ def test_a_copied_target_outlives_the_online_parameters_it_came_from(network: QN
         assert donated.online_params.is_deleted()  # its memory was given away
         assert np.array_equal(state.target_params, old_target)
         online = np.array(state.online_params)
-        state = jax_learner.copy_target(state)
+        state = copy_target(state)
         assert np.array_equal(state.target_params, online)
         assert not np.array_equal(online, old_target)
     addresses = [p.unsafe_buffer_pointer() for p in (state.online_params, state.target_params)]
@@ -228,9 +216,9 @@ def test_a_copied_target_outlives_the_online_parameters_it_came_from(network: QN
 
 def test_measuring_an_update_does_not_change_it(network: QNetwork):
     config = LearningConfig(target_period=10, loss="huber", max_grad_norm=1.0)
-    update = jax.jit(jax_learner.make_update(network, config), static_argnums=3)
-    state = jax_learner.init_learner(network, config, seed=0)
-    batch = words_of(random_batch(0))
+    update = jax.jit(make_update(network, config), static_argnums=3)
+    state = init_state(network, config, seed=0)
+    batch = packed_of(random_batch(0))
     measured, metrics, _ = update(state, batch, None, MEASURED)
     quiet, nothing, _ = update(state, batch, None, QUIET)
     assert metrics is not None
@@ -241,106 +229,50 @@ def test_measuring_an_update_does_not_change_it(network: QNetwork):
 
 def test_copying_the_target_changes_nothing_else(network: QNetwork):
     config = LearningConfig(target_period=10)
-    state = jax_learner.init_learner(network, config, seed=0)
-    state, *_ = jax_learner.make_update(network, config)(
-        state, words_of(random_batch(0)), None, QUIET
-    )
-    copied = jax_learner.copy_target(state)
+    state = init_state(network, config, seed=0)
+    state, *_ = make_update(network, config)(state, packed_of(random_batch(0)), None, QUIET)
+    copied = copy_target(state)
     for name in ("online_params", "opt_state"):
         same = jax.tree.map(np.array_equal, getattr(state, name), getattr(copied, name))
         assert jax.tree.all(same), name
 
 
-def test_learners_repeat_with_their_seed_and_differ_between_seeds(network: QNetwork):
-    def params(seed: int) -> np.ndarray:
-        return np.asarray(jax_learner.init_learner(network, LearningConfig(), seed).online_params)
-
-    assert np.array_equal(params(3), params(3))
-    assert not np.array_equal(params(3), params(4))
-
-
-# --- the optimiser ---
-
-
-def steps_on_a_slope(config: LearningConfig, slope: list[float], count: int) -> np.ndarray:
-    optimizer = jax_learner.make_optimizer(config)
-    params = jnp.zeros(len(slope))
-    state, steps = optimizer.init(params), []
-    for _ in range(count):
-        step, state = optimizer.update(jnp.array(slope), state, params)
-        steps.append(np.asarray(step))
-    return np.array(steps)
-
-
-def test_learning_rate_falls_in_a_line_to_its_end_and_stays():
-    config = LearningConfig(
-        optimizer="sgd", learning_rate=0.8, learning_rate_end=0.2, learning_rate_duration=3
-    )
-    steps = steps_on_a_slope(config, [1.0], 6)[:, 0]
-    assert_allclose(steps, [-0.8, -0.6, -0.4, -0.2, -0.2, -0.2], rtol=1e-6)
-
-
-def test_learning_rate_is_constant_without_a_duration_whatever_its_end():
-    config = LearningConfig(optimizer="sgd", learning_rate=0.8, learning_rate_end=0.2)
-    assert_allclose(steps_on_a_slope(config, [1.0], 3)[:, 0], [-0.8, -0.8, -0.8], rtol=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("max_grad_norm", "expected"),
-    [(0.0, [-3.0, 4.0]), (2.5, [-1.5, 2.0]), (10.0, [-3.0, 4.0])],  # the slope is 5 long
-)
-def test_long_gradients_are_shortened_and_short_ones_are_not(
-    max_grad_norm: float, expected: list[float]
-):
-    config = LearningConfig(optimizer="sgd", learning_rate=1.0, max_grad_norm=max_grad_norm)
-    assert_allclose(steps_on_a_slope(config, [3.0, -4.0], 1)[0], expected, rtol=1e-6)
-
-
-@pytest.mark.parametrize("optimizer", ["adam", "adamw", "rmsprop", "sgd"])
-def test_every_optimizer_that_a_config_may_name_goes_downhill(optimizer: str):
-    config = LearningConfig(optimizer=optimizer)  # pyright: ignore[reportArgumentType]
-    steps = steps_on_a_slope(config, [1.0, -1.0], 1)[0]
-    assert steps[0] < 0 < steps[1]
-
-
 def test_state_is_a_value_that_updates_do_not_change(network: QNetwork):
-    state = jax_learner.init_learner(network, LearningConfig(), seed=0)
+    state = init_state(network, LearningConfig(), seed=0)
     kept = jax.tree.map(np.array, state)
-    update = jax_learner.make_update(network, LearningConfig())
-    one, *_ = update(state, words_of(random_batch(0)), None, QUIET)
-    two, *_ = update(state, words_of(random_batch(0)), None, QUIET)
+    update = make_update(network, LearningConfig())
+    one, *_ = update(state, packed_of(random_batch(0)), None, QUIET)
+    two, *_ = update(state, packed_of(random_batch(0)), None, QUIET)
     assert isinstance(one, LearnerState)
     assert jax.tree.all(jax.tree.map(np.array_equal, state, kept))
     assert jax.tree.all(jax.tree.map(np.array_equal, one, two))
 
 
-def test_a_target_that_follows_takes_over_its_share_after_each_update(network: QNetwork):
+def test_a_soft_update_moves_the_target_by_its_share_after_each_update(network: QNetwork):
     config = LearningConfig(polyak=0.25)
-    state = jax_learner.init_learner(network, config, seed=0)
+    state = init_state(network, config, seed=0)
     before = np.array(state.target_params)
-    new, *_ = jax_learner.make_update(network, config)(
-        state, words_of(random_batch(0)), None, QUIET
-    )
+    new, *_ = make_update(network, config)(state, packed_of(random_batch(0)), None, QUIET)
     online = np.array(new.online_params)
     assert_allclose(new.target_params, before + 0.25 * (online - before), rtol=1e-6)
 
 
 def test_weights_scale_each_transition_s_loss(network: QNetwork):
     config = LearningConfig(optimizer="sgd", learning_rate=1.0)
-    state = jax_learner.init_learner(network, config, seed=0)
-    update = jax_learner.make_update(network, config)
+    state = init_state(network, config, seed=0)
+    update = make_update(network, config)
     batch = random_batch(0, size=2)
-    only_first, *_ = update(state, words_of(batch), jnp.array([1.0, 0.0]), QUIET)
-    half_of_first, *_ = update(state, words_of(batch[:1]), jnp.array([0.5]), QUIET)
+    only_first, *_ = update(state, packed_of(batch), jnp.array([1.0, 0.0]), QUIET)
+    half_of_first, *_ = update(state, packed_of(batch[:1]), jnp.array([0.5]), QUIET)
     assert_allclose(only_first.online_params, half_of_first.online_params, atol=1e-6)
 
 
 def test_the_errors_handed_back_are_those_of_the_weights_before_the_update(network: QNetwork):
     config = LearningConfig(target_period=9, double=True)
-    state = jax_learner.init_learner(network, config, seed=0)
+    state = init_state(network, config, seed=0)
     state = state._replace(target_params=state.online_params * 0.5)
     batch = random_batch(0)
-    _, _, td_error = jax_learner.make_update(network, config)(state, words_of(batch), None, QUIET)
+    _, _, td_error = make_update(network, config)(state, packed_of(batch), None, QUIET)
     q_tm1, q_t = (network.apply(state.online_params, batch[o]) for o in ("o_tm1", "o_t"))
     evaluated = network.apply(state.target_params, batch["o_t"])
     for i, row in enumerate(batch):
@@ -356,7 +288,7 @@ def shaped(**settings) -> QNetwork:
 
 
 def compiled(network: QNetwork, config: LearningConfig):
-    return jax.jit(jax_learner.make_update(network, config), static_argnums=3)
+    return jax.jit(make_update(network, config), static_argnums=3)
 
 
 @pytest.mark.parametrize("double", [False, True])
@@ -365,10 +297,10 @@ def test_an_update_of_atoms_descends_the_cross_entropy_of_each_transition(double
     config = LearningConfig(
         optimizer="sgd", learning_rate=1.0, target_period=9, double=double, reward_scale=0.5
     )
-    state = jax_learner.init_learner(network, config, seed=0)
+    state = init_state(network, config, seed=0)
     state = state._replace(target_params=network.init(jax.random.key(99)))
     batch = random_batch(0)
-    new, metrics, td_error = compiled(network, config)(state, words_of(batch), None, MEASURED)
+    new, metrics, td_error = compiled(network, config)(state, packed_of(batch), None, MEASURED)
 
     z = np.linspace(-3, 3, 7)
     p_t = np.exp(network.log_probabilities(state.target_params, batch["o_t"]))
@@ -398,20 +330,20 @@ def test_the_loss_of_atoms_is_the_same_whatever_loss_is_set():
     results = []
     for loss in ("mse", "huber"):
         config = LearningConfig(loss=loss)  # pyright: ignore[reportArgumentType]
-        state = jax_learner.init_learner(network, config, seed=0)
+        state = init_state(network, config, seed=0)
         update = compiled(network, config)
-        results.append(update(state, words_of(random_batch(0)), None, QUIET).state.online_params)
+        results.append(update(state, packed_of(random_batch(0)), None, QUIET).state.online_params)
     assert np.array_equal(*results)
 
 
 def test_one_key_s_noise_repeats_an_update_and_another_s_or_none_makes_another():
     network = shaped(noisy=True)
     config = LearningConfig(target_period=9, double=True)
-    state = jax_learner.init_learner(network, config, seed=0)
+    state = init_state(network, config, seed=0)
     update = compiled(network, config)
 
     def errors(noise: jax.Array | None) -> np.ndarray:
-        return np.asarray(update(state, words_of(random_batch(0)), None, QUIET, noise).td_error)
+        return np.asarray(update(state, packed_of(random_batch(0)), None, QUIET, noise).td_error)
 
     one, same, other = (errors(jax.random.key(key)) for key in (1, 1, 2))
     assert np.array_equal(one, same)
@@ -419,15 +351,15 @@ def test_one_key_s_noise_repeats_an_update_and_another_s_or_none_makes_another()
     assert not np.isclose(one, errors(None)).all()
 
 
-def test_what_is_learnt_what_bootstraps_and_what_selects_draw_apart():
+def test_the_online_the_bootstrapping_and_the_selecting_network_draw_apart():
     network = shaped(noisy=True)
     config = LearningConfig(target_period=9, double=True)
-    state = jax_learner.init_learner(network, config, seed=0)
+    state = init_state(network, config, seed=0)
     batch, key = random_batch(0), jax.random.key(3)
     update = compiled(network, config)
-    td_error = update(state, words_of(batch), None, QUIET, key).td_error
-    learnt, bootstraps, selects = jax.random.split(key, 3)
-    q_tm1 = network.apply(state.online_params, batch["o_tm1"], learnt)
+    td_error = update(state, packed_of(batch), None, QUIET, key).td_error
+    learns, bootstraps, selects = jax.random.split(key, 3)
+    q_tm1 = network.apply(state.online_params, batch["o_tm1"], learns)
     q_t = network.apply(state.target_params, batch["o_t"], bootstraps)
     best = network.apply(state.online_params, batch["o_t"], selects).argmax(axis=1)
     for i, row in enumerate(batch):
@@ -435,10 +367,10 @@ def test_what_is_learnt_what_bootstraps_and_what_selects_draw_apart():
         assert_allclose(td_error[i], target - q_tm1[i][row["a_tm1"]], rtol=1e-4, atol=1e-5)
 
 
-def test_means_and_deviations_of_noisy_weights_are_both_learnt():
+def test_means_and_deviations_of_noisy_weights_are_both_learned():
     network = shaped(noisy=True)
-    state = jax_learner.init_learner(network, LearningConfig(), seed=0)
+    state = init_state(network, LearningConfig(), seed=0)
     update = compiled(network, LearningConfig())
-    new, *_ = update(state, words_of(random_batch(0)), None, QUIET, jax.random.key(0))
+    new, *_ = update(state, packed_of(random_batch(0)), None, QUIET, jax.random.key(0))
     before, after = (network.layers(it.online_params) for it in (state, new))
     assert [name for name in before if np.array_equal(before[name], after[name])] == []

@@ -1,0 +1,68 @@
+"""The greedy policy of a network, whose actions do not depend on how many are chosen at once."""
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+from touchdown.core.types import FloatArray, IntArray
+
+_ROWS = 32  # observations in each call of a compiled function
+
+
+class ValueFunction(Protocol):
+    """Q(s,·) as a function of parameters, computed for each observation as if it were alone."""
+
+    def values_of_each(self, params: Any, observations: FloatArray) -> FloatArray:
+        """Q(s,·) of any number of observations, by parameters [P]: [N, D] to [N, A]."""
+        ...
+
+
+class GreedyPolicy:
+    """Takes the action of highest value in each state.
+
+    Args:
+        network: computes the values.
+        params: its flat parameters, [P].
+    """
+
+    def __init__(self, network: ValueFunction, params: FloatArray) -> None:
+        self._params = jnp.asarray(params)
+        self._network = network
+
+    def act(self, observations: FloatArray) -> IntArray:
+        """The best action for each observation: [N, D] to [N]."""
+        return self.values(observations).argmax(axis=1)
+
+    def values(self, observations: FloatArray) -> FloatArray:
+        """Q(s,·) of each observation: [N, D] to [N, A]."""
+        return self._network.values_of_each(self._params, observations)
+
+
+def in_blocks(
+    function: Callable[[NDArray[np.float32]], NDArray[Any]],
+    observations: FloatArray,
+    rows: int = _ROWS,
+) -> NDArray[Any]:
+    """Apply a function of observations to blocks of a fixed size.
+
+    So it is compiled once for any number of observations, and the result for one does not depend on
+    how many there are (another shape may round differently).
+
+    Args:
+        function: [rows, D] to [rows, ...].
+        observations: [N, D], 1 or more.
+        rows: in each block; the last one is padded with zeros.
+
+    Returns:
+        [N, ...].
+    """
+    results: list[NDArray[Any]] = []
+    for first in range(0, len(observations), rows):
+        some = observations[first : first + rows]
+        padded = np.zeros((rows, some.shape[1]), np.float32)
+        padded[: len(some)] = some
+        results.append(function(padded)[: len(some)])
+    return np.concatenate(results)

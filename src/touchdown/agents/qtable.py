@@ -1,0 +1,79 @@
+"""A table of action values, and the greedy policy of one."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchdown.agents.states import States
+from touchdown.config.sections import TableConfig
+from touchdown.core.types import FloatArray, IntArray
+
+
+class QTable:
+    """A table of action values; its flat parameters are its rows in order, [S·A].
+
+    Args:
+        states: numbers the state that an observation shows.
+        num_actions: A.
+        config: of the states.
+    """
+
+    def __init__(self, states: States, num_actions: int, config: TableConfig) -> None:
+        self.states = states
+        self.shape = states.num_states, num_actions
+        self._config = config
+
+    def layers(self, params: FloatArray) -> dict[str, FloatArray]:
+        """The table under the name `q`, [S, A]."""
+        return {"q": params.reshape(self.shape)}
+
+    def params_of(self, layers: Mapping[str, NDArray[Any]]) -> FloatArray:
+        """Flat parameters from a named table, the inverse of `layers`.
+
+        Raises:
+            ValueError: it is no table, or has another shape or type.
+        """
+        if list(layers) != ["q"]:
+            raise ValueError(f"it holds {sorted(layers)}, a table has q")
+        q = layers["q"]
+        if q.shape != self.shape or q.dtype != np.float64:
+            raise ValueError(f"q is {q.dtype}{q.shape}, must be float64{self.shape}")
+        return q.ravel()
+
+    def policy(self, params: FloatArray) -> "TablePolicy":
+        """The greedy policy of this table [S·A]."""
+        return TablePolicy(self.states, params.reshape(self.shape))
+
+    def describe(self) -> dict[str, Any]:
+        """The table's config, under its key in a file of weights."""
+        config = self._config
+        return {
+            "table": {
+                "bins": config.bins,
+                "bins_low": config.bins_low,
+                "bins_high": config.bins_high,
+            }
+        }
+
+
+class TablePolicy:
+    """Takes the action of highest value in each state, the first of several equals.
+
+    Args:
+        states: numbers the state that an observation shows.
+        q: the table, [S, A].
+    """
+
+    def __init__(self, states: States, q: FloatArray) -> None:
+        self._states = states
+        self.q = q
+
+    def act(self, observations: FloatArray) -> IntArray:
+        """The best action of each observation: [N, D] to [N]."""
+        return self.values(observations).argmax(axis=1)
+
+    def values(self, observations: FloatArray) -> FloatArray:
+        """Q(s,·) of each observation: [N, D] to [N, A]."""
+        return self.q[self._states.states(observations)]
