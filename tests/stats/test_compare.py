@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy import stats
 
-from touchdown.stats.compare import MOST_SEEDS, best_of, compare, holm, margin, trend
+from touchdown.stats.compare import MOST_SEEDS_NEEDED, best_of, compare, holm, margin, trend
 
 pytestmark = pytest.mark.usefixtures("without_collecting")
 
@@ -52,7 +52,7 @@ def test_a_difference_that_hardly_is_one_is_given_up():
     sample = rng.normal(size=20)
     found = compare(sample, sample + 0.01)
     assert found.seeds_needed() is None
-    assert compare(sample, sample + 1).seeds_needed() < MOST_SEEDS
+    assert compare(sample, sample + 1).seeds_needed() < MOST_SEEDS_NEEDED
 
 
 def test_as_many_seeds_as_are_said_to_be_needed_find_it_four_times_in_five():

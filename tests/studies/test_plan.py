@@ -2,7 +2,7 @@ import pytest
 
 from touchdown.config.presets import preset
 from touchdown.core.errors import UserError
-from touchdown.studies.plan import MOST_SEEDS, Factor, Level, Study, from_toml, levels_of
+from touchdown.studies.plan import FIRST_TUNING_SEED, Factor, Level, Study, from_toml, levels_of
 
 GAMMAS = Factor("γ", levels_of("learning.gamma", [0.9, 0.99]))
 SIZES = Factor("nodes", levels_of("network.hidden_sizes", [[10], [20, 20]]))
@@ -106,5 +106,5 @@ def test_a_broken_file_gets_one_line_that_names_it(tmp_path, text, said):
 
 
 def test_seeds_that_tune_are_out_of_a_studys_reach():
-    with pytest.raises(UserError, match=f"must be from 1 to {MOST_SEEDS}"):
-        Study(name="a", factors=(GAMMAS,), seeds=MOST_SEEDS + 1)
+    with pytest.raises(UserError, match=f"must be from 1 to {FIRST_TUNING_SEED}"):
+        Study(name="a", factors=(GAMMAS,), seeds=FIRST_TUNING_SEED + 1)

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import Literal
 from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -17,9 +16,7 @@ from touchdown.core import files
 from touchdown.core.errors import UserError, one_line
 from touchdown.report.embed import data_url, film_and_still
 from touchdown.report.svg import themed_svg
-
-Verdict = Literal["holds", "does not hold", "undecided"]
-VERDICTS: tuple[Verdict, ...] = ("holds", "does not hold", "undecided")
+from touchdown.studies.claims import VERDICTS, Verdict
 
 _SECTION_ID = re.compile(r"[^\s:]+")  # the page's own ids have a colon
 # what a reader compares down a column: a number with its unit, its interval, or none at all
@@ -87,7 +84,7 @@ class Link:
         return cls(text, quote(path.as_posix()))
 
 
-Cell = str | Link
+TableCell = str | Link
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +93,7 @@ class Table:
 
     caption: str
     columns: tuple[str, ...]
-    rows: tuple[tuple[Cell, ...], ...]
+    rows: tuple[tuple[TableCell, ...], ...]
     folded: bool = False
 
     @property
@@ -198,7 +195,7 @@ def _counted(claims: Iterable[ClaimRow]) -> list[tuple[Verdict, int]]:
     return [(verdict, counted[verdict]) for verdict in VERDICTS]
 
 
-def _are_numbers(cells: Sequence[Cell]) -> bool:
+def _are_numbers(cells: Sequence[TableCell]) -> bool:
     texts = [cell for cell in cells if isinstance(cell, str)]
     found = [_NUMBER.fullmatch(text) is not None for text in texts]
     return (

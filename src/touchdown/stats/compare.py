@@ -18,8 +18,8 @@ from touchdown.stats.summary import RESAMPLES, Interval
 
 ALPHA = 0.05
 POWER = 0.8
-MOST_SEEDS = 1_000
-"""More than these nobody runs: a difference that would take them counts as not to be found."""
+MOST_SEEDS_NEEDED = 1_000
+"""Nobody runs more than these: a difference that needs more counts as one that cannot be found."""
 # noise that a machine's rounding makes of equal numbers
 _NOTHING = 1e-9
 
@@ -42,7 +42,9 @@ class Comparison:
     """The difference in standard deviations (Cohen, 1988); infinite where no seed varies."""
 
     def seeds_needed(self, alpha: float = ALPHA) -> int | None:
-        """Seeds a side that find such a difference four times in five; None above `MOST_SEEDS`.
+        """Seeds a side that find such a difference four times in five.
+
+        None if they are more than `MOST_SEEDS_NEEDED`.
 
         Args:
             alpha: what the p-value must be below.
@@ -108,9 +110,9 @@ def _seeds_for(test: Any, effect: float, alpha: float) -> int | None:
         return 2
     if abs(effect) < _NOTHING:
         return None
-    if test.power(effect, MOST_SEEDS, alpha) < POWER:
+    if test.power(effect, MOST_SEEDS_NEEDED, alpha) < POWER:
         return None
-    counts = np.arange(2, MOST_SEEDS + 1)
+    counts = np.arange(2, MOST_SEEDS_NEEDED + 1)
     enough = cast(FloatArray, test.power(effect, counts, alpha)) >= POWER
     return int(counts[np.argmax(enough)])
 
@@ -139,7 +141,7 @@ class Trend:
     """A level, on average."""
 
     def seeds_needed(self, alpha: float = ALPHA) -> int | None:
-        """Seeds a level that find such a τ four times in five; None above `MOST_SEEDS`.
+        """Seeds a level that find such a τ four times in five; None above the same number.
 
         Args:
             alpha: what the p-value must be below.
@@ -150,7 +152,7 @@ class Trend:
         if seen <= 0:
             return None
         needed = math.ceil(self.seeds * (wanted / seen) ** 2)
-        return max(2, needed) if needed <= MOST_SEEDS else None
+        return max(2, needed) if needed <= MOST_SEEDS_NEEDED else None
 
 
 def trend(groups: Sequence[ArrayLike]) -> Trend:
@@ -214,7 +216,7 @@ class Margin:
     """How far above, in standard deviations; infinite where no seed varies."""
 
     def seeds_needed(self, alpha: float = ALPHA) -> int | None:
-        """Seeds that find such a distance four times in five; None above `MOST_SEEDS`.
+        """Seeds that find such a distance four times in five; None above `MOST_SEEDS_NEEDED`.
 
         Args:
             alpha: what the two-sided p-value must be below.

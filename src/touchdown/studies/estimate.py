@@ -1,4 +1,4 @@
-"""How long jobs will take, from how fast their kinds are on this machine."""
+"""How long jobs will take, from the speed of their kinds on this machine."""
 
 import dataclasses
 import multiprocessing
@@ -24,7 +24,7 @@ from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
 from touchdown.studies.store import Store
 from touchdown.studies.tuners import Tuning
-from touchdown.studies.work import PidJob, TrainJob
+from touchdown.studies.work import BaselineJob, PidJob, TrainJob
 from touchdown.training import pid_tuning
 from touchdown.training.trainer import Status, Trainer
 
@@ -36,6 +36,7 @@ _FLIGHTS = 32
 class Kind(NamedTuple):
     """What decides a run's speed."""
 
+    env_id: str
     algorithm: str
     hidden_sizes: tuple[int, ...]
     backend: str
@@ -54,22 +55,29 @@ class Estimate:
     tunings: int
     """Of the PID, missing too."""
     observations: int
-    """Of the runs, at most: what episodes and validations end early is not known before."""
+    """Environment steps of the runs, at most: a run may stop earlier."""
     seconds: float
-    """Of training, flights and tunings, with so many workers."""
+    """Of training, flights and tunings, with the given workers."""
     measured: int
-    """Kinds of run that were flown to know."""
+    """Kinds of run that were trained for a few seconds to know their speed."""
+    unrecorded: int = 0
+    """Runs, tunings and baselines of which only flights are missing."""
 
     def __str__(self) -> str:
         """In a sentence."""
-        if not self.missing + self.tunings:
+        if not self.missing + self.tunings + self.unrecorded:
             return "nothing is missing"
         hours, minutes = divmod(max(1, round(self.seconds / 60)), 60)
         long = f"{hours} h {minutes} min" if hours else f"{minutes} min"
         runs = f"{self.missing} runs of {self.observations / 1e6:,.1f} million observations"
         tunings = f"{self.tunings} tunings of the PID"
-        what = " and ".join([runs] * (self.missing > 0) + [tunings] * (self.tunings > 0))
-        return f"{what} are missing: about {long} here, the flights of validation and test counted"
+        flights = f"recorded flights of {self.unrecorded}"
+        what = [runs] * (self.missing > 0) + [tunings] * (self.tunings > 0)
+        what += [flights] * (self.unrecorded > 0)
+        return (
+            f"{' and '.join(what)} are missing: about {long} here, "
+            "the flights of validation and test counted"
+        )
 
 
 class _Pace(NamedTuple):
@@ -89,6 +97,7 @@ def kind_of(config: Config) -> Kind:
     """The kind of a run."""
     learning = config.learning
     return Kind(
+        config.env_id,
         config.algorithm,
         config.network.hidden_sizes,
         learning.backend,
@@ -105,6 +114,8 @@ def estimate(
     store: Store,
     workers: int,
     on_done: Callable[[float], object] = lambda _: None,
+    *,
+    baselines: Sequence[BaselineJob] = (),
 ) -> Estimate:
     """How long what is missing will take.
 
@@ -113,11 +124,12 @@ def estimate(
         tunings: all tunings of the PID, done or not.
         store: finished runs there tell the speed of their kind.
         workers: jobs at a time.
-        on_done: told the share of kinds that are known.
+        on_done: called with the share of kinds whose speed is known.
+        baselines: all of them, done or not.
     """
-    missing = [job for job in runs if not job.is_done(store.runs)]
-    searches = [job.tuning for job in tunings if not job.is_done(store.runs)]
-    paces = _known_paces([job for job in runs if job.is_done(store.runs)], store)
+    missing = [job for job in runs if not job.has_results(store.runs)]
+    searches = [job.tuning for job in tunings if not job.has_results(store.runs)]
+    paces = _known_paces([job for job in runs if job.has_results(store.runs)], store)
     unknown = {kind: job.config for job in missing if (kind := kind_of(job.config)) not in paces}
     measured = _measure_all(list(unknown.values()), workers)
     for count, (kind, pace) in enumerate(zip(unknown, measured, strict=True), start=1):
@@ -131,8 +143,12 @@ def estimate(
     if searches:
         trial = _try_gains(searches[0])
         seconds += sum(trial * (1 if each.tuner == "hand" else each.trials) for each in searches)
+    # baselines and recorded flights take a second each: they are counted, not timed
+    unrecorded = len(store.unrecorded([*runs, *tunings])) + len(store.missing(baselines))
     observations = sum(most_observations(job.config) for job in missing)
-    return Estimate(len(missing), len(searches), observations, seconds / workers, len(unknown))
+    return Estimate(
+        len(missing), len(searches), observations, seconds / workers, len(unknown), unrecorded
+    )
 
 
 def most_observations(config: Config) -> int:
@@ -142,7 +158,7 @@ def most_observations(config: Config) -> int:
 
 
 def _seconds_of(config: Config, pace: _Pace, times: _FlightTimes) -> float:
-    """Of one run: training, the choice among its checkpoints, and the test of two of them."""
+    """Of one run: training, the choice of a checkpoint, and the test of two checkpoints."""
     training, observations = config.training, most_observations(config)
     flights = training.candidate_checkpoints * training.final_validation_episodes
     if not pace.validated:

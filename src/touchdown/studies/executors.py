@@ -18,8 +18,8 @@ from typing import Any, Literal, Protocol, cast
 from touchdown.core import threads
 from touchdown.core.errors import Interrupted, UserError
 from touchdown.studies import worker
-from touchdown.studies.job import BEGUN, Job, Progress
-from touchdown.studies.worker import Said
+from touchdown.studies.job import NOT_STARTED, Job, JobProgress
+from touchdown.studies.worker import Message
 
 RERUNS = 2
 _BETWEEN_LOOKS = 0.25  # seconds
@@ -32,7 +32,7 @@ class Event:
 
     digest: str
     kind: Literal["started", "advanced", "done", "died", "failed"]
-    progress: Progress = BEGUN
+    progress: JobProgress = NOT_STARTED
     text: str = ""
     """Why it failed, or why it is run again."""
 
@@ -89,10 +89,10 @@ class Attempts:
         return Event(job.digest, "died", text=f"{why}; run again")
 
 
-def outcome(job: Job, said: Said) -> Event | None:
+def outcome(job: Job, said: Message) -> Event | None:
     """The end of a job that is done or refused; None of one that is neither."""
     if said.kind == "done":
-        return Event(job.digest, "done", Progress(1.0))
+        return Event(job.digest, "done", JobProgress(1.0))
     if said.kind == "refused":
         return Event(job.digest, "failed", text=said.text)
     return None
@@ -196,7 +196,7 @@ class _LocalRun:
             else:
                 self._hear(each, said)
 
-    def _received(self) -> Iterator[tuple[_Worker, Said | None]]:
+    def _received(self) -> Iterator[tuple[_Worker, Message | None]]:
         """What busy workers say within a while; None of one that is dead."""
         connections = {each.connection: each for each in self._busy()}
         for ready in connection.wait(list(connections), _BETWEEN_LOOKS):
@@ -206,7 +206,7 @@ class _LocalRun:
             except (EOFError, ConnectionError):
                 yield each, None
 
-    def _hear(self, each: _Worker, said: Said) -> None:
+    def _hear(self, each: _Worker, said: Message) -> None:
         job = each.job
         if job is None:
             return

@@ -27,7 +27,7 @@ from touchdown.core import files
 from touchdown.core.errors import Interrupted, UserError, one_line
 from touchdown.studies.executors import Attempts, Event, outcome
 from touchdown.studies.job import Job
-from touchdown.studies.worker import Said, attempt
+from touchdown.studies.worker import Message, attempt
 
 _BETWEEN_LOOKS = 0.5  # seconds
 _BETWEEN_SENDS = 5.0  # seconds between two folders sent of one job
@@ -85,11 +85,11 @@ class _Mailbox:
     """What nodes send: an actor on the machine that asked, so that it outlives the others."""
 
     def __init__(self) -> None:
-        self._said: list[tuple[str, int, Said]] = []
+        self._said: list[tuple[str, int, Message]] = []
         self._folders: dict[str, tuple[int, bytes]] = {}
         self._stop = False
 
-    def tell(self, digest: str, number: int, said: Said) -> bool:
+    def tell(self, digest: str, number: int, said: Message) -> bool:
         """How a job is; gives whether it is to stop."""
         self._said.append((digest, number, said))
         return self._stop
@@ -104,14 +104,14 @@ class _Mailbox:
         """Whoever asks next is to stop."""
         self._stop = True
 
-    def collect(self) -> tuple[list[tuple[str, int, Said]], dict[str, bytes]]:
+    def collect(self) -> tuple[list[tuple[str, int, Message]], dict[str, bytes]]:
         """What came since it was last asked."""
         said, self._said = self._said, []
         folders, self._folders = self._folders, {}
         return said, {digest: folder for digest, (_, folder) in folders.items()}
 
 
-def _work(job: Job, number: int, folder: bytes | None, mailbox: Any) -> tuple[Said, bytes]:
+def _work(job: Job, number: int, folder: bytes | None, mailbox: Any) -> tuple[Message, bytes]:
     """Do a job on a node; gives what became of it, and its folder."""
     os.environ["OMP_NUM_THREADS"] = "1"
     stop = threading.Event()
@@ -135,7 +135,7 @@ def _work(job: Job, number: int, folder: bytes | None, mailbox: Any) -> tuple[Sa
                     if ray.get(mailbox.send.remote(job.digest, number, packed)):
                         stop.set()
 
-        def tell(said: Said) -> None:
+        def tell(said: Message) -> None:
             if ray.get(mailbox.tell.remote(job.digest, number, said)):
                 stop.set()
 
@@ -201,7 +201,7 @@ class _RayRun:
         for task in ready:
             job = self._running.pop(task)
             try:
-                said, folder = cast(tuple[Said, bytes], ray.get(task))
+                said, folder = cast(tuple[Message, bytes], ray.get(task))
             except RayError as error:
                 self._again(job, f"its node was lost ({type(error).__name__})")
             else:
@@ -217,7 +217,7 @@ class _RayRun:
             if number == self._attempts.of(digest) and each.kind == "advanced":
                 self._on_event(Event(digest, "advanced", each.progress))
 
-    def _end(self, job: Job, said: Said, folder: bytes) -> None:
+    def _end(self, job: Job, said: Message, folder: bytes) -> None:
         if folder:
             self._unpack(folder, job.digest)
         if (ended := outcome(job, said)) is not None:

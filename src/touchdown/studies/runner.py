@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from touchdown.studies import store as stores
 from touchdown.studies.executors import Event, Executor
-from touchdown.studies.job import BEGUN, Job, Progress
+from touchdown.studies.job import NOT_STARTED, Job, JobProgress
 from touchdown.studies.plan import Study
 from touchdown.studies.store import Store
 from touchdown.studies.work import TrainJob
@@ -18,7 +18,7 @@ class State:
     total: int
     done: int
     """Those that were done before count too."""
-    running: dict[str, Progress] = field(default_factory=dict[str, Progress])
+    running: dict[str, JobProgress] = field(default_factory=dict[str, JobProgress])
     failed: dict[str, str] = field(default_factory=dict[str, str])
     died: int = 0
 
@@ -70,7 +70,7 @@ def run_jobs(
         def hear(event: Event) -> None:
             if event.kind == "started":
                 store.forget_failure(event.digest)
-                state.running[event.digest] = BEGUN
+                state.running[event.digest] = NOT_STARTED
             elif event.kind == "advanced":
                 state.running[event.digest] = event.progress
             else:

@@ -17,12 +17,10 @@ from touchdown.policies import weights as policy_weights
 from touchdown.runs.folder import RunFolder
 from touchdown.studies import runner
 from touchdown.studies.executors import Executor
-from touchdown.studies.plan import MOST_SEEDS, nested
+from touchdown.studies.plan import FIRST_TUNING_SEED, nested
 from touchdown.studies.store import Store
 from touchdown.studies.work import TrainJob
 
-FIRST_SEED = MOST_SEEDS
-"""Training seeds of trials begin where those that studies report end."""
 _STARTUP = 5  # trials before the median prunes
 
 
@@ -210,7 +208,7 @@ def _value_of(
     training = replace(config.training, test_episodes=0)
     for first in range(0, seeds, executor.workers):
         jobs = [
-            TrainJob(replace(config, seed=FIRST_SEED + seed, training=training))
+            TrainJob(replace(config, seed=FIRST_TUNING_SEED + seed, training=training))
             for seed in range(first, min(seeds, first + executor.workers))
         ]
         state = runner.run_jobs(jobs, store, executor, should_stop=should_stop)
@@ -267,10 +265,10 @@ def storage_url(store: Store) -> str:
 def comment_of(found: Searched, preset: str, seeds: int) -> str:
     """Where the winner comes from, as TOML comments."""
     told = "\n".join(f"#   {name} = {value}" for name, value in found.changed.items())
-    last = FIRST_SEED + seeds - 1
+    first, last = FIRST_TUNING_SEED, FIRST_TUNING_SEED + seeds - 1
     return (
         f"# touchdown tune agent {preset}: {found.trials} trials, {found.pruned} of them pruned\n"
-        f"# mean validation return {found.value:.1f} over training seeds {FIRST_SEED} to {last}\n"
+        f"# mean validation return {found.value:.1f} over training seeds {first} to {last}\n"
         f"# found:\n{told}\n"
     )
 

@@ -35,9 +35,18 @@ class Store:
         return self.path / "failed"
 
     def missing(self, jobs: Sequence[SomeJob]) -> list[SomeJob]:
-        """Those that are not done, each once, in their order."""
+        """The jobs that are not done, each once, in their order."""
         each_once = {job.digest: job for job in jobs}
         return [job for job in each_once.values() if not job.is_done(self.runs)]
+
+    def without_results(self, jobs: Sequence[SomeJob]) -> list[SomeJob]:
+        """The jobs whose numbers are not there yet, each once, in their order."""
+        each_once = {job.digest: job for job in jobs}
+        return [job for job in each_once.values() if not job.has_results(self.runs)]
+
+    def unrecorded(self, jobs: Sequence[SomeJob]) -> list[SomeJob]:
+        """The jobs whose numbers are there, but not all their recorded flights."""
+        return [job for job in self.missing(jobs) if job.has_results(self.runs)]
 
     def failed(self) -> dict[str, str]:
         """Why, by digest, of the jobs that failed when they were last tried."""
@@ -111,7 +120,7 @@ def held(store: Store) -> Generator[None]:
 
 
 @dataclass(frozen=True, slots=True)
-class Begun:
+class StartedStudy:
     """A study as it was last run: what `status` and `report` take where they are told nothing."""
 
     name: str
@@ -121,7 +130,7 @@ class Begun:
     """Of a user's study."""
 
 
-def note_begun(store: Store, begun: Begun) -> None:
+def note_started(store: Store, begun: StartedStudy) -> None:
     """Remember how a study was last run."""
     folder = store.path / "begun"
     folder.mkdir(exist_ok=True)
@@ -129,7 +138,7 @@ def note_begun(store: Store, begun: Begun) -> None:
     files.write_atomic(folder / f"{begun.name}.json", files.to_json(content))
 
 
-def list_begun(store: Store) -> list[Begun]:
+def list_started(store: Store) -> list[StartedStudy]:
     """Every study that was run in a folder of results, by name.
 
     Raises:
@@ -138,9 +147,9 @@ def list_begun(store: Store) -> list[Begun]:
     return [_read_begun(path) for path in sorted((store.path / "begun").glob("*.json"))]
 
 
-def _read_begun(path: Path) -> Begun:
+def _read_begun(path: Path) -> StartedStudy:
     content: dict[str, Any] = files.read_json(path)
     try:
-        return Begun(path.stem, content["scale"], int(content["seeds"]), content["file"])
+        return StartedStudy(path.stem, content["scale"], int(content["seeds"]), content["file"])
     except (KeyError, TypeError, ValueError) as error:
         raise UserError(f"{path}: not a study's record: {one_line(error)}") from None

@@ -14,18 +14,18 @@ from pathlib import Path
 from typing import Any, Literal
 
 from touchdown.core.errors import Interrupted, UserError, one_line
-from touchdown.studies.job import BEGUN, Job, Progress
+from touchdown.studies.job import NOT_STARTED, Job, JobProgress
 
 MOST = 1_000
 _BETWEEN_WORDS = 0.5  # seconds between two reports of progress
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class Message:
     """What a worker tells of its job."""
 
     kind: Literal["advanced", "done", "stopped", "refused", "unwritable", "raised"]
-    progress: Progress = BEGUN
+    progress: JobProgress = NOT_STARTED
     text: str = ""
 
 
@@ -41,15 +41,15 @@ class Reporter:
         self._tell = tell
         self._last = -_BETWEEN_WORDS
 
-    def __call__(self, progress: Progress) -> None:
+    def __call__(self, progress: JobProgress) -> None:
         """How far the job is."""
         now = time.monotonic()
         if now - self._last >= _BETWEEN_WORDS:
             self._last = now
-            self._tell(Said("advanced", progress))
+            self._tell(Message("advanced", progress))
 
 
-def attempt(job: Job, store: Path, stop: Any, tell: Any) -> Said:
+def attempt(job: Job, store: Path, stop: Any, tell: Any) -> Message:
     """Do a job; gives what became of it.
 
     Args:
@@ -61,16 +61,16 @@ def attempt(job: Job, store: Path, stop: Any, tell: Any) -> Said:
     try:
         job.perform(store, stop, Reporter(tell))
     except Interrupted:
-        return Said("stopped")
+        return Message("stopped")
     except UserError as error:
-        return Said("refused", text=one_line(error))
+        return Message("refused", text=one_line(error))
     except OSError as error:
         where = error.filename or store
-        return Said("unwritable", text=f"{where}: cannot be written: {one_line(error)}")
+        return Message("unwritable", text=f"{where}: cannot be written: {one_line(error)}")
     except Exception as error:  # noqa: BLE001 - whatever it is, the other jobs go on
         traceback.print_exc()
-        return Said("raised", text=f"{type(error).__name__}: {one_line(error)[:200]}")
-    return Said("done")
+        return Message("raised", text=f"{type(error).__name__}: {one_line(error)[:200]}")
+    return Message("done")
 
 
 def main(connection: Connection, store: Path) -> None:
