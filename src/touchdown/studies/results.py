@@ -18,6 +18,7 @@ from touchdown.policies import weights as policy_weights
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.run import Run
 from touchdown.stats import curves
+from touchdown.stats.summary import Summary
 from touchdown.studies.metrics import METRICS
 from touchdown.studies.plan import Study
 from touchdown.studies.store import Store
@@ -48,9 +49,12 @@ class RunResult:
     landed: float
     observations: int
     seconds: float
+    """Of training; until it was known to be solved, where the run stops then."""
     observations_to_solved: float
     """Environment steps before a validation first reached the threshold; ∞ if none did."""
     seconds_to_solved: float
+    test: Summary | None
+    """Of the chosen checkpoint's test flights; None where there was no test."""
     validations: tuple[tuple[float, ...], tuple[float, ...]]
     """Environment steps, and mean returns."""
     hovering: tuple[tuple[float, ...], tuple[float, ...]]
@@ -65,7 +69,7 @@ class RunResult:
     @property
     def is_tested(self) -> bool:
         """Whether its config asks for a test."""
-        return not math.isnan(self.best_return)
+        return self.test is not None
 
     @property
     def folder(self) -> RunFolder:
@@ -113,6 +117,8 @@ class StudyResults:
             }
             row |= {"seed": run.seed, "run": run.name}
             row |= {name: _finite(getattr(run, name)) for name in METRICS}
+            if run.test is not None:
+                row |= {"sd": run.test.sd, "iqm": run.test.iqm.value, "worst_5%": run.test.worst}
             row |= {
                 "share_solved": _finite(run.share_solved),
                 "landed": _finite(run.landed),
@@ -169,13 +175,16 @@ def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
     solved = math.inf if threshold is None else curves.first_reaching(at, means, threshold)
     until = float(ends[-1])
     seconds = [float(row["seconds"]) for row in episodes]
+    facts = policy_weights.facts_of(folder.best)
+    if "final_validation_return" not in facts:
+        raise UserError(f"{folder.best}: has no final_validation_return")
     return RunResult(
         path=path,
         labels=labels,
         seed=seed,
         best_return=chosen.summary.mean if chosen else math.nan,
         last_return=last.summary.mean if last else math.nan,
-        validation_return=_validation_return(folder),
+        validation_return=float(facts["final_validation_return"]),
         last_validation=means[-1],
         early_return=curves.area_under(at, means, until / 3),
         area=curves.area_under(at, means, until),
@@ -184,9 +193,10 @@ def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
         share_solved=(chosen.summary.share_solved or 0.0) if chosen else math.nan,
         landed=chosen.summary.outcomes.get("landed", 0.0) if chosen else math.nan,
         observations=int(until),
-        seconds=seconds[-1],
+        seconds=float(facts.get("solved_seconds", seconds[-1])),
         observations_to_solved=solved,
         seconds_to_solved=solved if math.isinf(solved) else float(np.interp(solved, ends, seconds)),
+        test=chosen.summary if chosen else None,
         validations=(tuple(at), tuple(means)),
         hovering=_hovering(ends, timed_out),
     )
@@ -199,14 +209,6 @@ def _test_of(folder: RunFolder) -> tuple[Evaluation | None, Evaluation | None]:
     chosen = read_evaluations(folder.evaluation)[0]
     last = folder.path / LAST
     return chosen, read_evaluations(last)[0] if last.is_file() else chosen
-
-
-def _validation_return(folder: RunFolder) -> float:
-    """What the checkpoint was chosen by."""
-    facts = policy_weights.facts_of(folder.best)
-    if "final_validation_return" not in facts:
-        raise UserError(f"{folder.best}: has no final_validation_return")
-    return float(facts["final_validation_return"])
 
 
 def _hovering(
