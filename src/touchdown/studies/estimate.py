@@ -28,7 +28,7 @@ from touchdown.studies.work import BaselineJob, PidJob, TrainJob
 from touchdown.training import pid_tuning
 from touchdown.training.trainer import Status, Trainer
 
-_SECONDS_WARM = 1.0  # that compilation and the first, emptier steps are over by
+_SECONDS_WARM = 1.0  # by then compilation and the first, cheaper steps are over
 _SECONDS_MEASURED = 2.0
 _FLIGHTS = 32
 
@@ -48,7 +48,7 @@ class Kind(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """What is still to be done, and how long it will take."""
+    """What is still missing, and how long it will take."""
 
     missing: int
     """Training runs."""
@@ -64,7 +64,7 @@ class Estimate:
     """Runs, tunings and baselines of which only flights are missing."""
 
     def __str__(self) -> str:
-        """In a sentence."""
+        """As a sentence."""
         if not self.missing + self.tunings + self.unrecorded:
             return "nothing is missing"
         hours, minutes = divmod(max(1, round(self.seconds / 60)), 60)
@@ -82,14 +82,14 @@ class Estimate:
 
 class _Pace(NamedTuple):
     observations: float
-    """A second."""
+    """Environment steps per second."""
     validated: bool
-    """Whether the validations on the way took a part of that time."""
+    """Whether validations took part of that time."""
 
 
 class _FlightTimes(NamedTuple):
     engine: float
-    """Seconds of one flight in the world that training flies."""
+    """Seconds of one flight in the environment that training uses."""
     stock: float
 
 
@@ -152,7 +152,7 @@ def estimate(
 
 
 def most_observations(config: Config) -> int:
-    """Observations that a run may have: its limit, or all episodes at full length."""
+    """The most environment steps of a run: its limit, or all episodes at full length."""
     training = config.training
     return training.max_env_steps or training.episodes * 1_000
 
@@ -182,7 +182,7 @@ def _known_paces(done: Sequence[TrainJob], store: Store) -> dict[Kind, _Pace]:
 
 
 def _fly(env_id: str) -> _FlightTimes:
-    """Time flights of the PID, which are as long as a good agent's; elsewhere those of chance."""
+    """Time flights of the PID, which last as long as a good agent's; elsewhere random ones."""
     policy = lookup.load("pid" if rules.is_lander(env_id) else "random", env_id=env_id).policy
     seconds: list[float] = []
     for engine in (engines.engine_in_use(), "gymnasium"):
@@ -202,7 +202,7 @@ def _try_gains(search: Tuning) -> float:
 
 
 def _measure_all(configs: Sequence[Config], workers: int) -> Iterator[_Pace]:
-    """The pace of each, as many at a time as will run: side by side they are slower than alone."""
+    """The pace of each, measured in parallel as they will run: alone they are faster."""
     if not configs:
         return
     context = multiprocessing.get_context("spawn")
@@ -212,14 +212,14 @@ def _measure_all(configs: Sequence[Config], workers: int) -> Iterator[_Pace]:
             min(workers, len(configs)),
             mp_context=context,
             initializer=signal.signal,
-            initargs=(signal.SIGINT, signal.SIG_IGN),  # who started them says what follows
+            initargs=(signal.SIGINT, signal.SIG_IGN),  # their parent decides on Ctrl-C
         ) as pool,
     ):
         yield from pool.map(_measure, configs)
 
 
 def _measure(config: Config) -> _Pace:
-    """The pace of one kind of run, once it learns."""
+    """The pace of one kind of run, once it makes updates."""
     device.use_default()
     training = dataclasses.replace(
         config.training, max_env_steps=0, episodes=1_000_000, validation_period=10**9
@@ -230,12 +230,14 @@ def _measure(config: Config) -> _Pace:
         if status.observations >= config.replay.min_size:
             seen.append((time.monotonic(), status.observations))
 
-    def over() -> bool:
-        return bool(seen) and time.monotonic() - seen[0][0] > _SECONDS_WARM + _SECONDS_MEASURED
+    def is_over() -> bool:
+        if len(seen) < 3 or seen[-2][0] - seen[0][0] < _SECONDS_WARM:
+            return False  # two episodes must have ended since it was warm
+        return time.monotonic() - seen[0][0] > _SECONDS_WARM + _SECONDS_MEASURED
 
     with tempfile.TemporaryDirectory() as name:
         folder = folders.create(Path(name), dataclasses.replace(config, training=training), "kind")
-        trainer = Trainer(folder, should_stop=over, on_status=look)
+        trainer = Trainer(folder, should_stop=is_over, on_status=look)
         with closing(trainer), suppress(Interrupted):
             trainer.run()
     warm = [each for each in seen if each[0] - seen[0][0] >= _SECONDS_WARM]

@@ -1,4 +1,4 @@
-"""Where studies keep their runs: one folder for all, so that what two of them plan is run once."""
+"""The folder of results, shared by all studies: a run that two of them plan is run once."""
 
 import fcntl
 from collections.abc import Generator, Sequence
@@ -26,12 +26,12 @@ class Store:
 
     @property
     def runs(self) -> Path:
-        """Of all studies, each run in a folder that is called by its digest."""
+        """The runs of all studies, each in a folder named by its digest."""
         return self.path / "runs"
 
     @property
     def failures(self) -> Path:
-        """Why jobs failed when they were last tried, a file each."""
+        """Why jobs failed when they were last tried, a file for each."""
         return self.path / "failed"
 
     def missing(self, jobs: Sequence[SomeJob]) -> list[SomeJob]:
@@ -49,7 +49,7 @@ class Store:
         return [job for job in self.missing(jobs) if job.has_results(self.runs)]
 
     def failed(self) -> dict[str, str]:
-        """Why, by digest, of the jobs that failed when they were last tried."""
+        """Why jobs failed when they were last tried, by digest."""
         if not self.failures.is_dir():
             return {}
         found = sorted(self.failures.glob("*.json"))
@@ -61,7 +61,7 @@ class Store:
         files.write_atomic(self.failures / f"{digest}.json", files.to_json({"reason": reason}))
 
     def forget_failure(self, digest: str) -> None:
-        """It is being tried again, or done."""
+        """Forget why a job failed: it is being tried again."""
         (self.failures / f"{digest}.json").unlink(missing_ok=True)
 
 
@@ -70,7 +70,7 @@ def open_store(path: Path, *, make: bool = False) -> Store:
 
     Args:
         path: of the folder.
-        make: whether to make it where there is none.
+        make: whether to make it if it does not exist.
 
     Raises:
         UserError: it is not there, of another version, something else, or cannot be written.
@@ -121,17 +121,17 @@ def held(store: Store) -> Generator[None]:
 
 @dataclass(frozen=True, slots=True)
 class StartedStudy:
-    """A study as it was last run: what `status` and `report` take where they are told nothing."""
+    """How a study was last started: the defaults of `status` and `report`."""
 
     name: str
     scale: str
     seeds: int
     file: str | None
-    """Of a user's study."""
+    """The TOML file of a user's study."""
 
 
 def note_started(store: Store, begun: StartedStudy) -> None:
-    """Remember how a study was last run."""
+    """Remember how a study was started."""
     folder = store.path / "begun"
     folder.mkdir(exist_ok=True)
     content = {"scale": begun.scale, "seeds": begun.seeds, "file": begun.file}
@@ -139,7 +139,7 @@ def note_started(store: Store, begun: StartedStudy) -> None:
 
 
 def list_started(store: Store) -> list[StartedStudy]:
-    """Every study that was run in a folder of results, by name.
+    """Every study that was started in a folder of results, by name.
 
     Raises:
         UserError: what was remembered is broken.

@@ -98,7 +98,7 @@ def _note_on_flights(selection: StudySelection, store: Store) -> str:
         return ""
     what = [f"the flights of {runs} finished run{'s' * (runs > 1)}"] if runs else []
     what += ["the baselines' flights"] if store.without_results(selection.baselines) else []
-    said = f"{' and '.join(what)} are not recorded, and what shows them is left out; "
+    text = f"{' and '.join(what)} are not recorded, and what shows them is left out; "
     return (
-        f"{said[0].upper()}{said[1:]}to record them without training, {selection.command(store)}."
+        f"{text[0].upper()}{text[1:]}to record them without training, {selection.command(store)}."
     )
