@@ -56,7 +56,7 @@ def test_run_again_it_has_nothing_to_do_and_more_seeds_are_all_it_adds(done):
     assert (state.total, state.done) == (4, 4)
     assert before == {path.stat().st_mtime_ns for path in results.glob("runs/*/evaluation.json")}
     (status,) = studies.study_status("tiny", seeds=3, results_dir=results)
-    assert (status.runs, status.done) == (6, 4)
+    assert (status.runs, status.done, status.unrecorded) == (6, 4, 0)
 
 
 def test_a_finished_study_equals_one_that_was_interrupted(done, tmp_path):
@@ -72,6 +72,31 @@ def test_a_finished_study_equals_one_that_was_interrupted(done, tmp_path):
         return content["pilots"][0]["episodes"]
 
     assert flights(torn) == flights(results)
+
+
+def test_runs_of_a_version_that_recorded_no_flights_are_done_and_get_them_without_training(
+    done, tmp_path
+):
+    file, results = done
+    old = tmp_path / "results"
+    shutil.copytree(results, old)
+    for path in old.glob("runs/*/flights.safetensors"):
+        path.unlink()
+    before = {path: path.stat().st_mtime_ns for path in old.glob("runs/*/*.json*")}
+    (status,) = studies.study_status(str(file), results_dir=old)
+    assert (status.runs, status.done, status.unrecorded) == (4, 4, 4)
+    text = studies.study_report(str(file), results_dir=old).page.read_text()
+    assert "data:image/gif" not in text
+    command = f"touchdown study run {file} --results-dir {old}"
+    said = f"The flights of 4 finished runs are not recorded, and what shows them is left out; to \
+record them without training, {command}."
+    assert html.escape(said) in text
+    state = studies.run_study(str(file), results_dir=old, executor=LocalExecutor(1))
+    assert (state.total, state.done) == (4, 4)
+    assert {path: path.stat().st_mtime_ns for path in old.glob("runs/*/*.json*")} == before
+    (status,) = studies.study_status(str(file), results_dir=old)
+    assert status.unrecorded == 0
+    assert "data:image/gif" in studies.study_report(str(file), results_dir=old).page.read_text()
 
 
 def test_its_report_has_figure_table_and_film(done, tmp_path):

@@ -9,7 +9,6 @@ from touchdown.figures import rungs, style
 from touchdown.figures import studies as figures
 from touchdown.figures.studies import Point, Row
 from touchdown.report.page import (
-    Cell,
     ClaimRow,
     Film,
     Link,
@@ -17,8 +16,9 @@ from touchdown.report.page import (
     Picture,
     Section,
     Table,
-    Verdict,
+    TableCell,
 )
+from touchdown.studies.claims import Verdict
 
 HOSTILE = "<script>alert('x')</script>\"><img src=x onerror=alert(1)>&amp;{{ 7 * 7 }}"
 LONG = "paper-best_with_a_name_that_" + "never_" * 20 + "ends"
@@ -192,7 +192,7 @@ def _levels() -> Table:
 
 def _runs(count: int) -> Table:
     chance = np.random.default_rng(0)
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[TableCell, ...]] = []
     for place in range(count):
         digest = f"{place:04x}b2c3d4e5"
         value = float(chance.normal(150, 60))

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy import stats
 
-from touchdown.stats.compare import MOST_SEEDS, best_of, compare, holm, margin, trend
+from touchdown.stats.compare import MOST_SEEDS_NEEDED, best_of, compare, holm, margin, trend
 
 pytestmark = pytest.mark.usefixtures("without_collecting")
 
@@ -52,7 +52,7 @@ def test_a_tiny_difference_needs_too_many_seeds():
     sample = rng.normal(size=20)
     found = compare(sample, sample + 0.01)
     assert found.seeds_needed() is None
-    assert compare(sample, sample + 1).seeds_needed() < MOST_SEEDS
+    assert compare(sample, sample + 1).seeds_needed() < MOST_SEEDS_NEEDED
 
 
 def test_the_seeds_needed_detect_the_difference_four_times_in_five():

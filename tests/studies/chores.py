@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from touchdown.core.errors import Interrupted, UserError
-from touchdown.studies.job import Progress
+from touchdown.studies.job import JobProgress
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,9 @@ class Chore:
     @property
     def digest(self) -> str:
         return self.name
+
+    def has_results(self, store: Path) -> bool:
+        return self.is_done(store)
 
     def is_done(self, store: Path) -> bool:
         return (store / self.name / "done").is_file()
@@ -47,7 +50,7 @@ class Chore:
         while count < self.until:
             count += 1
             counted.write_text(str(count))
-            on_progress(Progress(count / self.until, float(count)))
+            on_progress(JobProgress(count / self.until, float(count)))
             if self.kind == "die" and attempt < self.times:
                 os.kill(os.getpid(), signal.SIGKILL)
             if should_stop():

@@ -4,17 +4,8 @@ import numpy as np
 import pytest
 
 from touchdown.stats.compare import compare, margin
-from touchdown.studies.claims import (
-    Alike,
-    Best,
-    Beyond,
-    Claim,
-    Greater,
-    Near,
-    SweetSpot,
-    Trend,
-    decide,
-)
+from touchdown.studies.claim_tests import Alike, Best, Beyond, Greater, Monotonic, Near, SweetSpot
+from touchdown.studies.claims import Claim, decide
 
 pytestmark = pytest.mark.usefixtures("without_collecting")
 
@@ -38,12 +29,12 @@ A, B, C = ("a",), ("b",), ("c",)
     [
         (Greater(A, B), {"a": HIGH, "b": LOW}, {"a": LOW, "b": HIGH}),
         (
-            Trend((A, B, C)),
+            Monotonic((A, B, C)),
             {"a": LOW, "b": MIDDLE, "c": HIGH},
             {"a": HIGH, "b": MIDDLE, "c": LOW},
         ),
         (
-            Trend((A, B, C), "fall"),
+            Monotonic((A, B, C), "fall"),
             {"a": HIGH, "b": MIDDLE, "c": LOW},
             {"a": LOW, "b": MIDDLE, "c": HIGH},
         ),

@@ -8,7 +8,7 @@ from touchdown.studies import estimate as estimates
 from touchdown.studies.estimate import Estimate, estimate, kind_of
 from touchdown.studies.store import open_store
 from touchdown.studies.tuners import Tuning
-from touchdown.studies.work import PidJob, TrainJob
+from touchdown.studies.work import BaselineJob, PidJob, TrainJob
 
 BASE = preset("paper-best")
 
@@ -57,7 +57,8 @@ def test_a_tuning_takes_its_trials_and_gains_by_hand_one(store, monkeypatch):
     ]
     done = store.runs / tunings[3].digest
     done.mkdir()
-    (done / "evaluation.json").write_text("{}")
+    for file in ("evaluation.json", "flights.safetensors"):
+        (done / file).write_text("{}")
     found = estimate([], tunings, store, 2)
     assert found == Estimate(0, 3, observations=0, seconds=(20 + 1 + 20) * 0.5 / 2, measured=0)
     assert str(found).startswith("3 tunings of the PID are missing: about 1 min here")
@@ -72,6 +73,13 @@ def test_nothing_is_measured_where_nothing_is_missing(store):
     found = estimate([job()], [], store, 2)
     assert found == Estimate(0, 0, observations=0, seconds=0, measured=0)
     assert str(found) == "nothing is missing"
+
+
+def test_records_alone_are_counted_and_nothing_is_trained_for_them(store):
+    write_run(store.runs / job().digest, recorded=False)
+    found = estimate([job()], [], store, 2, baselines=[BaselineJob("pid")])
+    assert found == Estimate(0, 0, observations=0, seconds=0, measured=0, unrecorded=2)
+    assert str(found).startswith("recorded flights of 2 are missing: about 1 min here")
 
 
 def test_a_long_study_is_told_in_hours():

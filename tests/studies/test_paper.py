@@ -1,7 +1,7 @@
 import pytest
 
 from touchdown.studies import paper
-from touchdown.studies.claims import Alike, Best, Beyond, Greater, Near, SweetSpot, Trend
+from touchdown.studies.claim_tests import Alike, Best, Beyond, Greater, Monotonic, Near, SweetSpot
 
 
 def labels_in(test):
@@ -9,7 +9,7 @@ def labels_in(test):
     match test:
         case Greater():
             return [test.above, test.below]
-        case Trend():
+        case Monotonic():
             return list(test.levels)
         case SweetSpot():
             return [test.inside, test.first, test.last]

@@ -2,7 +2,7 @@ import pytest
 
 from touchdown.config.presets import preset
 from touchdown.core.errors import UserError
-from touchdown.studies.plan import MOST_SEEDS, Factor, Level, Study, from_toml, levels_of
+from touchdown.studies.plan import FIRST_TUNING_SEED, Factor, Level, Study, from_toml, levels_of
 
 GAMMAS = Factor("γ", levels_of("learning.gamma", [0.9, 0.99]))
 SIZES = Factor("nodes", levels_of("network.hidden_sizes", [[10], [20, 20]]))
@@ -55,7 +55,10 @@ def test_a_study_in_a_file(tmp_path):
             tmp_path / "mine.toml",
             """
             base = "vector-dqn"
+            base_level = "double"
             seeds = 4
+            first_seed = 20
+            metric = "area"
             [config.training]
             max_env_steps = 1000
             [[factor]]
@@ -72,6 +75,8 @@ def test_a_study_in_a_file(tmp_path):
         )
     )
     assert (study.name, study.seeds) == ("mine", 4)
+    assert (study.first_seed, study.metric) == (20, "area")
+    assert study.base_cell().labels == ("double", "0.9")
     plain, double = study.cells()
     assert plain.config.training.max_env_steps == 1000
     assert plain.config.network == preset("vector-dqn").network
@@ -106,5 +111,24 @@ def test_a_broken_file_gets_one_line_that_names_it(tmp_path, text, said):
 
 
 def test_seeds_that_tune_are_out_of_a_studys_reach():
-    with pytest.raises(UserError, match=f"must be from 1 to {MOST_SEEDS}"):
-        Study(name="a", factors=(GAMMAS,), seeds=MOST_SEEDS + 1)
+    with pytest.raises(UserError, match=f"must be from 1 to {FIRST_TUNING_SEED}"):
+        Study(name="a", factors=(GAMMAS,), seeds=FIRST_TUNING_SEED + 1)
+
+
+def test_tuning_seeds_begin_where_reported_ones_end():
+    study = Study(name="a", factors=(GAMMAS,), seeds=2, first_seed=FIRST_TUNING_SEED)
+    seeds = [FIRST_TUNING_SEED] * 2 + [FIRST_TUNING_SEED + 1] * 2
+    assert [run.seed for run in study.runs()] == seeds
+    with pytest.raises(UserError, match="seeds = 2: must be from 1 to 1"):
+        Study(name="a", factors=(GAMMAS,), seeds=2, first_seed=FIRST_TUNING_SEED - 1)
+    with pytest.raises(UserError, match="first_seed = -1: must be at least 0"):
+        Study(name="a", factors=(GAMMAS,), seeds=2, first_seed=-1)
+
+
+def test_a_study_without_a_test_is_about_validation_returns():
+    untested = {"training": {"test_episodes": 0}}
+    with pytest.raises(UserError, match="needs a test, and test_episodes is 0"):
+        Study(name="a", factors=(GAMMAS,), seeds=2, changes=untested)
+    Study(name="a", factors=(GAMMAS,), seeds=2, changes=untested, metric="validation_return")
+    with pytest.raises(UserError, match="metric = 'luck': must be one of best_return"):
+        Study(name="a", factors=(GAMMAS,), seeds=2, metric="luck")

@@ -9,7 +9,8 @@ from touchdown.config.presets import preset  # noqa: E402
 from touchdown.core.errors import Interrupted, UserError  # noqa: E402
 from touchdown.studies import search  # noqa: E402
 from touchdown.studies.executors import Event  # noqa: E402
-from touchdown.studies.search import FIRST_SEED, Choice, Range  # noqa: E402
+from touchdown.studies.plan import FIRST_TUNING_SEED  # noqa: E402
+from touchdown.studies.search import Choice, Range  # noqa: E402
 from touchdown.studies.store import open_store  # noqa: E402
 
 BASE = preset("vector-dqn")
@@ -55,7 +56,7 @@ def new_study(store, name: str = "mine"):
 def test_a_trial_has_seeds_that_no_study_reports_and_only_searched_settings_change(store):
     executor = Pretender()
     found = search.search(new_study(store), BASE, store, executor, trials=1, seeds=3)
-    assert [config.seed for config in executor.given] == [FIRST_SEED + i for i in range(3)]
+    assert [config.seed for config in executor.given] == [FIRST_TUNING_SEED + i for i in range(3)]
     assert all(config.training.test_episodes == 0 for config in executor.given)
     assert found.trials == 1
     assert set(found.changed) == set(search.space_of(BASE))

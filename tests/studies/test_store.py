@@ -4,7 +4,7 @@ import pytest
 
 from touchdown.core.errors import UserError
 from touchdown.studies import store as stores
-from touchdown.studies.store import Begun, open_store
+from touchdown.studies.store import StartedStudy, open_store
 
 
 def test_a_folder_of_results_is_made_and_found_again(tmp_path):
@@ -40,7 +40,7 @@ def test_why_a_job_failed_is_remembered_until_it_is_tried_again(tmp_path):
 
 def test_how_a_study_was_last_run_is_remembered(tmp_path):
     store = open_store(tmp_path, make=True)
-    begun = Begun("ladder", "full", 7, None)
-    stores.note_begun(store, Begun("ladder", "quick", 3, None))
-    stores.note_begun(store, begun)
-    assert stores.list_begun(store) == [begun]
+    begun = StartedStudy("ladder", "full", 7, None)
+    stores.note_started(store, StartedStudy("ladder", "quick", 3, None))
+    stores.note_started(store, begun)
+    assert stores.list_started(store) == [begun]

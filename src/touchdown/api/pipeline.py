@@ -1,7 +1,7 @@
 """One run from its config, or from where it was stopped, to its last picture."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import closing
 
 import numpy as np
@@ -11,34 +11,27 @@ from touchdown.api import views
 from touchdown.config.presets import SECTIONS_OF_THE_PAPER
 from touchdown.core import device, progress
 from touchdown.core.errors import Interrupted, UserError, one_line
-from touchdown.core.seeding import TEST_STARTS
 from touchdown.core.types import ValuePolicy
 from touchdown.envs import environment
-from touchdown.envs import flight as flights
-from touchdown.envs.flight import Flight
 from touchdown.evaluation import evaluation as evaluations
 from touchdown.evaluation import table
 from touchdown.evaluation.evaluation import Evaluation
-from touchdown.evaluation.evaluator import Evaluator
 from touchdown.figures import flights as flight_figure
 from touchdown.figures import policy_map
 from touchdown.figures.grid import grid_of
 from touchdown.lander import rules
-from touchdown.policies import lookup
 from touchdown.policies import weights as policy_weights
-from touchdown.policies.named import NamedPolicy
 from touchdown.render import film as films
 from touchdown.runs.folder import DEFAULT_RUNS, RunFolder
-from touchdown.runs.run import FLIGHTS, GIF, MP4, PICTURES, POLICY, Run, evaluations_of
+from touchdown.runs.run import FLIGHTS, GIF, MP4, PICTURES, POLICY, Run
 from touchdown.training import finish
 from touchdown.training.trainer import Trainer
 
 OVERLAID = 6  # starts whose flights are drawn over each other: more hide each other
-_FLIGHT_RECORDS = "flights.safetensors"
 
 
 def complete(folder: RunFolder, console: Console | None) -> Run:
-    """Whatever a run still lacks: training, choice, test, pictures."""
+    """Do whatever a run still lacks: training, choice of a checkpoint, test, pictures."""
     device.use_default()
     where = folder.path.parent
     place = "" if where == DEFAULT_RUNS else f" --runs-dir {where}"
@@ -87,15 +80,19 @@ def _completed(folder: RunFolder, shown: Console) -> Run:
         trainer.run()
         trained = time.monotonic()
         run = Run(folder)
-        tested = _test(run, view.phase, advance) if training.test_episodes else []
+        tested = finish.fly_test(
+            run, baselines=_baselines(config.env_id), on_phase=view.phase, on_episode=advance
+        )
         view.phase("drawing", len(PICTURES) if tested else 1)
         text = _draw_policy(run)
-        _draw(run, tested, advance)
+        if tested:
+            _draw(run, tested[0], advance)
+        finish.save_curve(run, f"{run.name} on {config.env_id}")
     seconds = f"trained in {progress.clock(trained - began)}"
     total = progress.clock(time.monotonic() - began)
     shown.print(f"{folder.name}: {seconds}, {total} in all", markup=False)
     if training.stop_when_solved:
-        shown.print(_verdict(run), markup=False)
+        shown.print(_how_it_was_solved(run), markup=False)
     if tested:
         note = SECTIONS_OF_THE_PAPER.get(config.preset)
         shown.print(
@@ -112,8 +109,13 @@ def _completed(folder: RunFolder, shown: Console) -> Run:
     return run
 
 
-def _verdict(run: Run) -> str:
-    """How a run that was to stop when its world is solved came to its end."""
+def _baselines(env_id: str) -> tuple[str, ...]:
+    """The policies that a run is shown beside."""
+    return ("pid", "heuristic", "random") if rules.is_lander(env_id) else ("random",)
+
+
+def _how_it_was_solved(run: Run) -> str:
+    """How a run ended that stops as soon as its environment is solved."""
     facts = policy_weights.facts_of(run.folder.best)
     mean = f"{policy_weights.final_return_of(run.folder.best):.1f}"
     if facts.solved_seconds is None:
@@ -124,57 +126,24 @@ def _verdict(run: Run) -> str:
     )
 
 
-def _test(
-    run: Run, on_phase: Callable[[str, int], object], on_episode: Callable[[], object]
-) -> list[Evaluation]:
-    """Fly the chosen checkpoint and the baselines from the test starts, once."""
-    already = evaluations_of(run)
-    if already:
-        return already
-    policy = run.policy
-    names = ("pid", "heuristic", "random") if rules.is_lander(policy.env_id) else ("random",)
-    flown = [policy, *(lookup.load(name, env_id=policy.env_id) for name in names)]
-    starts = TEST_STARTS[: run.config.training.test_episodes]
-    on_phase(f"flying {len(starts)} test starts with {len(flown)} pilots", len(flown) * len(starts))
-    evaluator = Evaluator(policy.env_id)
-    try:
-        results = [
-            evaluations.evaluate_policy(each, starts, evaluator=evaluator, on_episode=on_episode)
-            for each in flown
-        ]
-    finally:
-        evaluator.close()
-    evaluations.write_evaluations(
-        run.folder.evaluation, results, policy_weights.facts_of(run.folder.best)
-    )
-    return results
-
-
-def _draw(run: Run, tested: Sequence[Evaluation], on_picture: Callable[[], object]) -> None:
-    """The learning curve, the overlaid flights and the film of the test flight in the middle."""
-    if tested:
-        policy = run.policy
-        own = tested[0]
-        shown = flights.record_flight(
-            policy.policy, policy.env_id, evaluations.median_start(own), policy.name
+def _draw(run: Run, tested: Evaluation, on_picture: Callable[[], object]) -> None:
+    """Draw the overlaid flights and the film of the flight with the median test return."""
+    recorded = finish.record_flights(run, tested, OVERLAID)
+    if recorded is not None and recorded.beside:
+        flight_figure.save_flights(
+            run.path / FLIGHTS,
+            recorded.beside,
+            "The same starts, flown by the agent and by the PID",
         )
-        recorded = [shown]
-        if rules.is_lander(policy.env_id):
-            groups = _overlaid(policy)
-            flight_figure.save_flights(
-                run.path / FLIGHTS, groups, "The same starts, flown by the agent and by the PID"
-            )
-            recorded += [flight for group in groups.values() for flight in group]
-        flights.save_flights(run.path / _FLIGHT_RECORDS, recorded)
+    on_picture()
+    for film in (GIF, MP4):
+        if recorded is not None:
+            films.write_video(recorded.median, run.path / film)
         on_picture()
-        for film in (GIF, MP4):
-            films.write_video(shown, run.path / film)
-            on_picture()
-    finish.save(run, f"{run.name} on {run.config.env_id}")
 
 
 def _draw_policy(run: Run) -> str:
-    """Draw what is done in each cell of a world of cells; gives it as text, nothing of others."""
+    """Draw the greedy action of each cell of a grid world; give it as text, "" for other envs."""
     policy = run.policy
     env, spaces = environment.make_env(policy.env_id)
     env.close()
@@ -184,14 +153,3 @@ def _draw_policy(run: Run) -> str:
     q = policy.policy.values(np.eye(num_states, dtype=np.float32))
     policy_map.save_policy(run.path / POLICY, grid, q, f"{run.name} on {policy.env_id}")
     return policy_map.policy_text(grid, q)
-
-
-def _overlaid(policy: NamedPolicy) -> dict[str, list[Flight]]:
-    pid = lookup.load("pid")
-    return {
-        each.name: [
-            flights.record_flight(each.policy, each.env_id, start, each.name)
-            for start in TEST_STARTS[:OVERLAID]
-        ]
-        for each in (policy, pid)
-    }

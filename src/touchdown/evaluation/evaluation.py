@@ -9,7 +9,7 @@ from msgspec import Meta, Struct
 
 from touchdown.core import files, records
 from touchdown.envs.outcome import threshold_of
-from touchdown.evaluation.evaluator import EpisodeResult, Evaluator
+from touchdown.evaluation.evaluator import EpisodeResult, Evaluator, Observer
 from touchdown.lander import rules
 from touchdown.policies.facts import WeightsFacts
 from touchdown.policies.named import NamedPolicy
@@ -64,6 +64,7 @@ def evaluate_policy(
     *,
     evaluator: Evaluator | None = None,
     on_episode: Callable[[], object] = lambda: None,
+    observer: Observer = lambda _places, _observations: None,
 ) -> Evaluation:
     """Fly a policy greedily, one episode from each start.
 
@@ -72,10 +73,11 @@ def evaluate_policy(
         starts: environment seeds.
         evaluator: environments of the policy's world, if some are at hand.
         on_episode: called after each episode.
+        observer: sees each observation on the way; see `Evaluator.rollout`.
     """
     own = evaluator or Evaluator(policy.env_id, min(len(starts), 32))
     try:
-        episodes = own.rollout(policy.policy, starts, on_episode)
+        episodes = own.rollout(policy.policy, starts, on_episode, observer)
     finally:
         if evaluator is None:
             own.close()

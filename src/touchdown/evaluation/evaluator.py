@@ -7,12 +7,16 @@ from typing import Any
 import numpy as np
 
 from touchdown.core.records import Count
-from touchdown.core.types import Outcome, Policy, StepResult
+from touchdown.core.types import FloatArray, IntArray, Outcome, Policy, StepResult
 from touchdown.envs.episodes import Episode, Underway
 from touchdown.envs.outcome import outcome_of
 from touchdown.envs.pool import make_pool
 from touchdown.lander import engine as engines
 from touchdown.lander import rules
+
+Observer = Callable[[IntArray, FloatArray], object]
+"""Sees each observation of a rollout, from the reset's to the last step's: the places in `starts`
+of the episodes that have one, [K], and their observations, [K, D]."""
 
 NUM_ENVS = 32  # environments flown side by side: enough to share the cost of a network's call
 
@@ -58,6 +62,7 @@ class Evaluator:
         policy: Policy,
         starts: Sequence[int],
         on_episode: Callable[[], object] = lambda: None,
+        observer: Observer = lambda _places, _observations: None,
     ) -> list[EpisodeResult]:
         """One episode from each start, results in the order of the starts.
 
@@ -65,6 +70,7 @@ class Evaluator:
             policy: chooses the actions; it must not depend on who else flies beside.
             starts: environment seeds.
             on_episode: called after each episode.
+            observer: called with the first observation of each episode, then after each step.
         """
         results: dict[int, EpisodeResult] = {}
         waiting = iter(enumerate(starts))
@@ -75,11 +81,13 @@ class Evaluator:
         if not first:
             return []
         underway = Underway(first)
+        observer(underway.numbers, underway.observations)
         flying = np.arange(len(first))
         while len(flying):
             actions = policy.act(underway.observations[flying])
             steps = self._pool.step(flying, actions)
             underway.add(flying, actions, steps)
+            observer(underway.numbers[flying], steps.observations)
             over = np.flatnonzero(steps.ended).tolist()
             rests = np.zeros(len(flying), bool)
             for row in over:
@@ -91,7 +99,9 @@ class Evaluator:
                 if following is None:
                     rests[row] = True
                 else:
-                    underway.begin(index, following[0], self._pool.reset(index, following[1]))
+                    observation = self._pool.reset(index, following[1])
+                    underway.begin(index, following[0], observation)
+                    observer(np.array([following[0]]), observation[None])
             if over:
                 flying = flying[~rests]
         return [results[index] for index in range(len(starts))]

@@ -16,6 +16,8 @@ Curve = tuple[Sequence[float], Sequence[float]]
 """Environment steps at which a run was validated, rising, and the mean returns."""
 
 _COLOURS = (style.MUTED, style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, style.RED)
+MAX_CURVES = len(_COLOURS)
+"""Variants that one picture can tell apart."""
 _POINTS = 200
 
 

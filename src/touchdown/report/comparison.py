@@ -8,13 +8,15 @@ from typing import Any
 from touchdown.config import toml
 from touchdown.config.config import Config
 from touchdown.core.errors import UserError
+from touchdown.report.builder import Builder
+from touchdown.report.output import PAGE
 from touchdown.report.page import Page, Section, Table, write_page
-from touchdown.report.study import PAGE, Builder, machine_facts
+from touchdown.report.provenance import machine_facts
 from touchdown.runs.run import Run
 from touchdown.studies.plan import Factor, Level, Study
 from touchdown.studies.results import StudyResults, read_run
 
-_SHOWN = 4  # differing settings that a level's name tells
+_SHOWN = 4  # differing settings in a level's name
 
 
 def write_comparison(runs: Sequence[Run], out: Path) -> Path:
@@ -57,7 +59,7 @@ def write_comparison(runs: Sequence[Run], out: Path) -> Path:
         for run in of
     )
     results = StudyResults(study, study.seeds, found, 0, {})
-    builder = Builder(out, linked=True, on_step=lambda _: None)
+    builder = Builder(out, linked=True)
     section = builder.section("comparison", "Test returns", "", results, "best_return", (), {})
     page = Page(
         title="Runs compared",
@@ -96,18 +98,18 @@ def _flat(config: Config) -> dict[str, Any]:
 
 
 def _labels(runs: Sequence[Run]) -> list[str]:
-    """A name a group: its preset, and where that does not tell them apart what differs."""
+    """A name for each group: its preset, with the differing settings where presets are equal."""
     presets = [run.config.preset for run in runs]
     if len(set(presets)) == len(presets):
         return presets
     differing = dict(list(_differing(runs).items())[:_SHOWN])
-    told = [
+    names = [
         ", ".join(
             [preset, *(f"{name.split('.')[-1]} {values[i]}" for name, values in differing.items())]
         )
         for i, preset in enumerate(presets)
     ]
-    return told if len(set(told)) == len(told) else [run.name for run in runs]
+    return names if len(set(names)) == len(names) else [run.name for run in runs]
 
 
 def _settings_section(labels: Sequence[str], runs: Sequence[Run]) -> Section:

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import Literal
 from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -17,9 +16,7 @@ from touchdown.core import files
 from touchdown.core.errors import UserError, one_line
 from touchdown.report.embed import data_url, film_and_still
 from touchdown.report.svg import themed_svg
-
-Verdict = Literal["holds", "does not hold", "undecided"]
-VERDICTS: tuple[Verdict, ...] = ("holds", "does not hold", "undecided")
+from touchdown.studies.claims import VERDICTS, Verdict
 
 _SECTION_ID = re.compile(r"[^\s:]+")  # the page's own ids have a colon
 # what a reader compares down a column: a number with its unit, its interval, or none at all
@@ -32,11 +29,11 @@ _SAFE_HREF = re.compile(rf"https?://{_PLAIN}|(?!/|[^/?#]*:){_PLAIN}", re.IGNOREC
 
 @dataclass(frozen=True, slots=True)
 class ClaimRow:
-    """A claim, what became of it, and the numbers that decided."""
+    """A claim, its verdict, and the numbers that decided it."""
 
     sentence: str
     section: str
-    """Of the paper; "" where it is of none."""
+    """Of the paper; "" for a claim that is not the paper's."""
     verdict: Verdict
     evidence: str
     """One line of numbers."""
@@ -54,7 +51,7 @@ class Picture:
 
 @dataclass(frozen=True, slots=True)
 class Film:
-    """An animation; whoever wants less motion sees its last frame, and starts it by hand."""
+    """An animation; readers who prefer less motion see its last frame, and start it by hand."""
 
     gif: Path
     alt: str
@@ -63,7 +60,7 @@ class Film:
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """Words that lead somewhere: to a place relative to the page, or over http.
+    """Text that links to a place relative to the page, or over http.
 
     Raises:
         UserError: the address is absolute, or of another kind.
@@ -87,21 +84,21 @@ class Link:
         return cls(text, quote(path.as_posix()))
 
 
-Cell = str | Link
+TableCell = str | Link
 
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Rows of cells, each headed by its first; a folded one opens by hand."""
+    """Rows of cells, each row headed by its first; a folded table is opened by hand."""
 
     caption: str
     columns: tuple[str, ...]
-    rows: tuple[tuple[Cell, ...], ...]
+    rows: tuple[tuple[TableCell, ...], ...]
     folded: bool = False
 
     @property
     def numeric(self) -> list[bool]:
-        """Of each column, whether its cells are numbers, which stand at the right."""
+        """For each column, whether its cells are numbers, which are aligned to the right."""
         return [
             _are_numbers([row[place] for row in self.rows if place < len(row)])
             for place in range(len(self.columns))
@@ -131,7 +128,7 @@ class Section:
 
     @property
     def counts(self) -> list[tuple[Verdict, int]]:
-        """How many claims came to each verdict, of those that any came to."""
+        """How many claims have each verdict; verdicts without a claim are left out."""
         return [(verdict, number) for verdict, number in _counted(self.claims) if number]
 
 
@@ -149,7 +146,7 @@ class Page:
 
     @property
     def counts(self) -> list[tuple[Verdict, int]]:
-        """How many claims came to each verdict."""
+        """How many claims have each verdict."""
         return _counted(claim for section in self.sections for claim in section.claims)
 
 
@@ -177,7 +174,7 @@ def render(page: Page) -> str:
         address_of=data_url,
         moving_of=film_and_still,
         script=Markup(script),  # noqa: S704 - our own
-        # the only script that a browser may run here, whatever the names of runs say
+        # the only script that a browser may run here, even if a run's name holds another
         script_hash=b64encode(sha256(script.encode()).digest()).decode(),
     )
 
@@ -198,7 +195,7 @@ def _counted(claims: Iterable[ClaimRow]) -> list[tuple[Verdict, int]]:
     return [(verdict, counted[verdict]) for verdict in VERDICTS]
 
 
-def _are_numbers(cells: Sequence[Cell]) -> bool:
+def _are_numbers(cells: Sequence[TableCell]) -> bool:
     texts = [cell for cell in cells if isinstance(cell, str)]
     found = [_NUMBER.fullmatch(text) is not None for text in texts]
     return (

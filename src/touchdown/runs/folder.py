@@ -67,6 +67,16 @@ class RunFolder:
         """The test flights of a finished run."""
         return self.path / "evaluation.json"
 
+    @property
+    def flights(self) -> Path:
+        """Recorded flights; the first is the one from the test start of the median return."""
+        return self.path / "flights.safetensors"
+
+    @property
+    def paths(self) -> Path:
+        """Where the lander was at each step of the first test flights."""
+        return self.path / "paths.safetensors"
+
     def config(self) -> Config:
         """The run's settings.
 

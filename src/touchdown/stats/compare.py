@@ -18,7 +18,7 @@ from touchdown.stats.summary import RESAMPLES, Interval
 
 ALPHA = 0.05
 POWER = 0.8
-MOST_SEEDS = 1_000
+MOST_SEEDS_NEEDED = 1_000
 """The most seeds anyone would run: a difference that needs more counts as undetectable."""
 # equal numbers differ by less than this after rounding
 _NOTHING = 1e-9
@@ -42,7 +42,7 @@ class Comparison:
     """The difference in standard deviations (Cohen, 1988); infinite if no seed varies."""
 
     def seeds_needed(self, alpha: float = ALPHA) -> int | None:
-        """Seeds per side that detect this difference with power 0.8; None above `MOST_SEEDS`.
+        """Seeds per side that detect it with power 0.8; None above `MOST_SEEDS_NEEDED`.
 
         Args:
             alpha: significance level.
@@ -108,9 +108,9 @@ def _seeds_for(test: Any, effect: float, alpha: float) -> int | None:
         return 2
     if abs(effect) < _NOTHING:
         return None
-    if test.power(effect, MOST_SEEDS, alpha) < POWER:
+    if test.power(effect, MOST_SEEDS_NEEDED, alpha) < POWER:
         return None
-    counts = np.arange(2, MOST_SEEDS + 1)
+    counts = np.arange(2, MOST_SEEDS_NEEDED + 1)
     enough = cast(FloatArray, test.power(effect, counts, alpha)) >= POWER
     return int(counts[np.argmax(enough)])
 
@@ -139,7 +139,7 @@ class Trend:
     """Seeds per level, on average."""
 
     def seeds_needed(self, alpha: float = ALPHA) -> int | None:
-        """Seeds per level that detect this τ with power 0.8; None above `MOST_SEEDS`.
+        """Seeds per level that detect this τ with power 0.8; None above `MOST_SEEDS_NEEDED`.
 
         Args:
             alpha: significance level.
@@ -150,7 +150,7 @@ class Trend:
         if seen <= 0:
             return None
         needed = math.ceil(self.seeds * (wanted / seen) ** 2)
-        return max(2, needed) if needed <= MOST_SEEDS else None
+        return max(2, needed) if needed <= MOST_SEEDS_NEEDED else None
 
 
 def trend(groups: Sequence[ArrayLike]) -> Trend:
@@ -215,7 +215,7 @@ class Margin:
     """Distance above the threshold in standard deviations; infinite if no seed varies."""
 
     def seeds_needed(self, alpha: float = ALPHA) -> int | None:
-        """Seeds that detect this distance with power 0.8; None above `MOST_SEEDS`.
+        """Seeds that detect this distance with power 0.8; None above `MOST_SEEDS_NEEDED`.
 
         Args:
             alpha: significance level of the two-sided test.

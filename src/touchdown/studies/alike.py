@@ -1,26 +1,24 @@
-"""How alike two policies fly: a distance between their flights from the same starts (section 9)."""
+"""How alike two policies fly: distances between their paths from the same starts (section 9)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from touchdown.core.seeding import TEST_STARTS
 from touchdown.core.types import FloatArray
-from touchdown.envs import flight as flights
-from touchdown.envs.flight import Flight
-from touchdown.policies import lookup
-from touchdown.policies.named import NamedPolicy
-from touchdown.runs import run as runs
+from touchdown.evaluation.paths import FlightPath, FlightPaths, load_paths
 from touchdown.runs.folder import RunFolder
 from touchdown.studies.results import StudyResults
+from touchdown.studies.store import Store
+from touchdown.studies.work import BaselineJob
 
 _METRES = np.array([10.0, 20.0 / 3.0])  # half viewports, across and up
 
 
 @dataclass(frozen=True, slots=True)
-class Likeness:
-    """Distances of one agent's flights, each a mean over starts, in metres."""
+class SeedDistances:
+    """Distances of one training seed's flights, each a mean over starts, in metres."""
 
     seed: int
     to_pid: float
@@ -29,19 +27,19 @@ class Likeness:
 
     @property
     def ratio(self) -> float:
-        """The distance to the PID, of that to another seed of the same agent."""
+        """The distance to the PID over that to another seed of the same agent."""
         return self.to_pid / float(np.mean(self.to_other_seeds))
 
 
 @dataclass(frozen=True, slots=True)
-class Likenesses:
-    """Of all seeds of an agent."""
+class AgentDistances:
+    """The distances of all seeds of an agent."""
 
-    of: tuple[Likeness, ...]
+    of: tuple[SeedDistances, ...]
     starts: int
 
     def values(self, labels: tuple[str, ...], metric: str) -> FloatArray:
-        """Numbers a seed, for claims.
+        """One number per seed, for claims.
 
         Args:
             labels: `to the PID`, `to random`, `to another seed`, or the first over the last.
@@ -54,7 +52,7 @@ class Likenesses:
             "to another seed": [
                 float(np.mean(each.to_other_seeds)) for each in self.of if each.to_other_seeds
             ],
-            # seeds that all fly alike to the last step have no ratio
+            # seeds whose flights are all equal have no ratio
             "to the PID, over to another seed": [
                 each.ratio for each in self.of if any(each.to_other_seeds)
             ],
@@ -62,63 +60,72 @@ class Likenesses:
         return np.array(kinds[labels[0]], float)
 
 
-def distance(one: Flight, other: Flight) -> float:
-    """Mean distance between two landers at the same moment, in metres.
+def distance(one: FlightPath, other: FlightPath) -> float:
+    """Mean distance between two landers at the same step, in metres.
 
-    Over the steps of the longer flight; the one that is over stays where it ended.
+    The mean is over the steps of the longer flight; a lander whose flight is over stays where it
+    ended.
     """
-    a, b = (each.observations[:, :2] * _METRES for each in (one, other))
+    a, b = (path * _METRES for path in (one, other))
     steps = max(len(a), len(b))
     a, b = (np.pad(each, ((0, steps - len(each)), (0, 0)), mode="edge") for each in (a, b))
     return float(np.hypot(*(a - b).T).mean())
 
 
-def compare_flights(agents: Mapping[int, NamedPolicy], starts: Sequence[int]) -> Likenesses:
-    """Fly agents, the PID and chance from the same starts, and measure between them.
+def compare_paths(
+    agents: Mapping[int, FlightPaths], pid: FlightPaths, random: FlightPaths
+) -> AgentDistances:
+    """Measure between agents' flights, the PID's and random ones, from the starts that all share.
 
     Args:
-        agents: by training seed.
-        starts: environment seeds.
+        agents: paths by training seed, at least one.
+        pid: paths of the PID.
+        random: paths of random actions.
     """
-    own = {seed: _flown(policy, starts) for seed, policy in agents.items()}
-    pid, chance = (_flown(lookup.load(name), starts) for name in ("pid", "random"))
-    return Likenesses(
+    known = [pid, random, *agents.values()]
+    starts = [start for start in pid if all(start in paths for paths in known)]
+
+    def between(some: FlightPaths, others: FlightPaths) -> float:
+        return float(np.mean([distance(some[start], others[start]) for start in starts]))
+
+    return AgentDistances(
         tuple(
-            Likeness(
+            SeedDistances(
                 seed,
-                _between(flown, pid),
-                _between(flown, chance),
-                tuple(_between(flown, other) for each, other in own.items() if each != seed),
+                between(paths, pid),
+                between(paths, random),
+                tuple(between(paths, other) for each, other in agents.items() if each != seed),
             )
-            for seed, flown in own.items()
+            for seed, paths in agents.items()
         ),
         len(starts),
     )
 
 
-def agents_of(results: StudyResults, labels: tuple[str, ...]) -> dict[int, NamedPolicy]:
-    """The chosen policies of a cell's finished runs, by training seed.
+def agent_distances(
+    results: StudyResults, labels: tuple[str, ...], store: Store
+) -> AgentDistances | None:
+    """The distances of a cell's finished runs, from recorded paths.
 
     Args:
         results: of the study.
         labels: of the cell.
+        store: where the baselines' paths are.
+
+    Returns:
+        The distances; None where no run of the cell, or a baseline, has its paths recorded.
 
     Raises:
-        UserError: a run's files are broken.
+        UserError: a file of paths is broken.
     """
-    return {run.seed: runs.load_run(RunFolder(run.path)) for run in results.of(labels)}
+    agents = {run.seed: _paths_of(run.path) for run in results.of(labels)}
+    known = {seed: paths for seed, paths in agents.items() if paths}
+    pid, random = (_paths_of(store.runs / BaselineJob(name).digest) for name in ("pid", "random"))
+    if not known or pid is None or random is None:
+        return None
+    return compare_paths(known, pid, random)
 
 
-def starts_of(count: int) -> range:
-    """Test starts: distances are reported, and nothing is chosen by them."""
-    return TEST_STARTS[:count]
-
-
-def _flown(policy: NamedPolicy, starts: Sequence[int]) -> list[Flight]:
-    return [
-        flights.record_flight(policy.policy, policy.env_id, start, policy.name) for start in starts
-    ]
-
-
-def _between(some: Sequence[Flight], others: Sequence[Flight]) -> float:
-    return float(np.mean([distance(a, b) for a, b in zip(some, others, strict=True)]))
+def _paths_of(folder: Path) -> FlightPaths | None:
+    path = RunFolder(folder).paths
+    return load_paths(path) if path.is_file() else None

@@ -1,4 +1,4 @@
-"""How long jobs will take, from how fast their kinds are on this machine."""
+"""How long jobs will take, from the speed of their kinds on this machine."""
 
 import dataclasses
 import multiprocessing
@@ -25,12 +25,12 @@ from touchdown.runs.folder import RunFolder
 from touchdown.runs.rows import EpisodeRow
 from touchdown.studies.store import Store
 from touchdown.studies.tuners import Tuning
-from touchdown.studies.work import PidJob, TrainJob
+from touchdown.studies.work import BaselineJob, PidJob, TrainJob
 from touchdown.training import pid_tuning
 from touchdown.training.pace import TrainingStatus
 from touchdown.training.trainer import Trainer
 
-_SECONDS_WARM = 1.0  # that compilation and the first, emptier steps are over by
+_SECONDS_WARM = 1.0  # by then compilation and the first, cheaper steps are over
 _SECONDS_MEASURED = 2.0
 _FLIGHTS = 32
 
@@ -38,6 +38,7 @@ _FLIGHTS = 32
 class Kind(NamedTuple):
     """What decides a run's speed."""
 
+    env_id: str
     algorithm: str
     hidden_sizes: tuple[int, ...]
     backend: str
@@ -49,41 +50,48 @@ class Kind(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """What is still to be done, and how long it will take."""
+    """What is still missing, and how long it will take."""
 
     missing: int
     """Training runs."""
     tunings: int
     """Of the PID, missing too."""
     observations: int
-    """Of the runs, at most: what episodes and validations end early is not known before."""
+    """Environment steps of the runs, at most: a run may stop earlier."""
     seconds: float
-    """Of training, flights and tunings, with so many workers."""
+    """Of training, flights and tunings, with the given workers."""
     measured: int
-    """Kinds of run that were flown to know."""
+    """Kinds of run that were trained for a few seconds to know their speed."""
+    unrecorded: int = 0
+    """Runs, tunings and baselines of which only flights are missing."""
 
     def __str__(self) -> str:
-        """In a sentence."""
-        if not self.missing + self.tunings:
+        """As a sentence."""
+        if not self.missing + self.tunings + self.unrecorded:
             return "nothing is missing"
         hours, minutes = divmod(max(1, round(self.seconds / 60)), 60)
         long = f"{hours} h {minutes} min" if hours else f"{minutes} min"
         runs = f"{self.missing} runs of {self.observations / 1e6:,.1f} million observations"
         tunings = f"{self.tunings} tunings of the PID"
-        what = " and ".join([runs] * (self.missing > 0) + [tunings] * (self.tunings > 0))
-        return f"{what} are missing: about {long} here, the flights of validation and test counted"
+        flights = f"recorded flights of {self.unrecorded}"
+        what = [runs] * (self.missing > 0) + [tunings] * (self.tunings > 0)
+        what += [flights] * (self.unrecorded > 0)
+        return (
+            f"{' and '.join(what)} are missing: about {long} here, "
+            "the flights of validation and test counted"
+        )
 
 
 class _Pace(NamedTuple):
     observations: float
-    """A second."""
+    """Environment steps per second."""
     validated: bool
-    """Whether the validations on the way took a part of that time."""
+    """Whether validations took part of that time."""
 
 
 class _FlightTimes(NamedTuple):
     engine: float
-    """Seconds of one flight in the world that training flies."""
+    """Seconds of one flight in the environment that training uses."""
     stock: float
 
 
@@ -91,6 +99,7 @@ def kind_of(config: Config) -> Kind:
     """The kind of a run."""
     learning = config.learning
     return Kind(
+        config.env_id,
         config.algorithm,
         config.network.hidden_sizes,
         learning.backend,
@@ -107,6 +116,8 @@ def estimate(
     store: Store,
     workers: int,
     on_done: Callable[[float], object] = lambda _: None,
+    *,
+    baselines: Sequence[BaselineJob] = (),
 ) -> Estimate:
     """How long what is missing will take.
 
@@ -115,11 +126,12 @@ def estimate(
         tunings: all tunings of the PID, done or not.
         store: finished runs there tell the speed of their kind.
         workers: jobs at a time.
-        on_done: told the share of kinds that are known.
+        on_done: called with the share of kinds whose speed is known.
+        baselines: all of them, done or not.
     """
-    missing = [job for job in runs if not job.is_done(store.runs)]
-    searches = [job.tuning for job in tunings if not job.is_done(store.runs)]
-    paces = _known_paces([job for job in runs if job.is_done(store.runs)], store)
+    missing = [job for job in runs if not job.has_results(store.runs)]
+    searches = [job.tuning for job in tunings if not job.has_results(store.runs)]
+    paces = _known_paces([job for job in runs if job.has_results(store.runs)], store)
     unknown = {kind: job.config for job in missing if (kind := kind_of(job.config)) not in paces}
     measured = _measure_all(list(unknown.values()), workers)
     for count, (kind, pace) in enumerate(zip(unknown, measured, strict=True), start=1):
@@ -133,18 +145,22 @@ def estimate(
     if searches:
         trial = _try_gains(searches[0])
         seconds += sum(trial * (1 if each.tuner == "hand" else each.trials) for each in searches)
+    # baselines and recorded flights take a second each: they are counted, not timed
+    unrecorded = len(store.unrecorded([*runs, *tunings])) + len(store.missing(baselines))
     observations = sum(most_observations(job.config) for job in missing)
-    return Estimate(len(missing), len(searches), observations, seconds / workers, len(unknown))
+    return Estimate(
+        len(missing), len(searches), observations, seconds / workers, len(unknown), unrecorded
+    )
 
 
 def most_observations(config: Config) -> int:
-    """Observations that a run may have: its limit, or all episodes at full length."""
+    """The most environment steps of a run: its limit, or all episodes at full length."""
     training = config.training
     return training.max_env_steps or training.episodes * 1_000
 
 
 def _seconds_of(config: Config, pace: _Pace, times: _FlightTimes) -> float:
-    """Of one run: training, the choice among its checkpoints, and the test of two of them."""
+    """Of one run: training, the choice of a checkpoint, and the test of two checkpoints."""
     training, observations = config.training, most_observations(config)
     flights = training.candidate_checkpoints * training.final_validation_episodes
     if not pace.validated:
@@ -170,7 +186,7 @@ def _known_paces(done: Sequence[TrainJob], store: Store) -> dict[Kind, _Pace]:
 
 
 def _fly(env_id: str) -> _FlightTimes:
-    """Time flights of the PID, which are as long as a good agent's; elsewhere those of chance."""
+    """Time flights of the PID, which last as long as a good agent's; elsewhere random ones."""
     policy = lookup.load("pid" if rules.is_lander(env_id) else "random", env_id=env_id).policy
     seconds: list[float] = []
     for engine in (engines.engine_in_use(), "gymnasium"):
@@ -190,7 +206,7 @@ def _try_gains(search: Tuning) -> float:
 
 
 def _measure_all(configs: Sequence[Config], workers: int) -> Iterator[_Pace]:
-    """The pace of each, as many at a time as will run: side by side they are slower than alone."""
+    """The pace of each, measured in parallel as they will run: alone they are faster."""
     if not configs:
         return
     context = multiprocessing.get_context("spawn")
@@ -200,14 +216,14 @@ def _measure_all(configs: Sequence[Config], workers: int) -> Iterator[_Pace]:
             min(workers, len(configs)),
             mp_context=context,
             initializer=signal.signal,
-            initargs=(signal.SIGINT, signal.SIG_IGN),  # who started them says what follows
+            initargs=(signal.SIGINT, signal.SIG_IGN),  # their parent decides on Ctrl-C
         ) as pool,
     ):
         yield from pool.map(_measure, configs)
 
 
 def _measure(config: Config) -> _Pace:
-    """The pace of one kind of run, once it learns."""
+    """The pace of one kind of run, once it makes updates."""
     device.use_default()
     training = dataclasses.replace(
         config.training, max_env_steps=0, episodes=1_000_000, validation_period=10**9
@@ -218,12 +234,14 @@ def _measure(config: Config) -> _Pace:
         if status.env_steps >= config.replay.min_size:
             seen.append((time.monotonic(), status.env_steps))
 
-    def over() -> bool:
-        return bool(seen) and time.monotonic() - seen[0][0] > _SECONDS_WARM + _SECONDS_MEASURED
+    def is_over() -> bool:
+        if len(seen) < 3 or seen[-2][0] - seen[0][0] < _SECONDS_WARM:
+            return False  # two episodes must have ended since it was warm
+        return time.monotonic() - seen[0][0] > _SECONDS_WARM + _SECONDS_MEASURED
 
     with tempfile.TemporaryDirectory() as name:
         folder = folders.create(Path(name), dataclasses.replace(config, training=training), "kind")
-        trainer = Trainer(folder, should_stop=over, on_status=look)
+        trainer = Trainer(folder, should_stop=is_over, on_status=look)
         with closing(trainer), suppress(Interrupted):
             trainer.run()
     warm = [each for each in seen if each[0] - seen[0][0] >= _SECONDS_WARM]

@@ -1,7 +1,7 @@
-"""Who runs the jobs of a study: what they tell while they do, and worker processes of this machine.
+"""Executors do the jobs of a study and report events; the local one has worker processes.
 
-A job is done once. A worker that dies has its job run again, twice at most; what it had saved by
-then is gone on with. A job that is refused would be refused again, and is not.
+A job is done once. If a worker dies its job is run again, at most twice, from what was saved by
+then. A job that is refused is not tried again: it would be refused again.
 """
 
 import multiprocessing
@@ -18,8 +18,8 @@ from typing import Any, Literal, Protocol, cast
 from touchdown.core import threads
 from touchdown.core.errors import Interrupted, UserError
 from touchdown.studies import worker
-from touchdown.studies.job import BEGUN, Job, Progress
-from touchdown.studies.worker import Said
+from touchdown.studies.job import NOT_STARTED, Job, JobProgress
+from touchdown.studies.worker import Message
 
 RERUNS = 2
 _BETWEEN_LOOKS = 0.25  # seconds
@@ -32,13 +32,13 @@ class Event:
 
     digest: str
     kind: Literal["started", "advanced", "done", "died", "failed"]
-    progress: Progress = BEGUN
+    progress: JobProgress = NOT_STARTED
     text: str = ""
     """Why it failed, or why it is run again."""
 
 
 class Executor(Protocol):
-    """Does jobs side by side."""
+    """Does jobs in parallel."""
 
     @property
     def workers(self) -> int:
@@ -57,11 +57,11 @@ class Executor(Protocol):
         Args:
             jobs: in the order to begin them.
             store: folder in which each has its own in the end.
-            on_event: told what happens.
-            should_stop: asked now and then; True has what is under way saved.
+            on_event: called with each event.
+            should_stop: asked now and then; True saves what is under way and stops.
 
         Raises:
-            Interrupted: `should_stop` said so.
+            Interrupted: `should_stop` returned True.
             UserError: nothing can be written any more.
         """
         ...
@@ -69,32 +69,32 @@ class Executor(Protocol):
 
 @dataclass(slots=True)
 class Attempts:
-    """How often each job has been begun."""
+    """Counts how often each job was started."""
 
     _begun: dict[str, int] = field(default_factory=dict[str, int])
 
     def begin(self, job: Job) -> None:
-        """Once more."""
+        """Count one more start."""
         self._begun[job.digest] = self.of(job.digest) + 1
 
     def of(self, digest: str) -> int:
-        """How often a job has been begun."""
+        """How often a job was started."""
         return self._begun.get(digest, 0)
 
     def after_death(self, job: Job, why: str, waiting: deque[Job]) -> Event:
-        """What to tell of a worker's death; a job that may be run again is the next to be begun."""
+        """The event of a worker's death; a job that may be run again becomes the next to start."""
         if self.of(job.digest) > RERUNS:
             return Event(job.digest, "failed", text=f"{why}, {RERUNS + 1} times")
         waiting.appendleft(job)
         return Event(job.digest, "died", text=f"{why}; run again")
 
 
-def outcome(job: Job, said: Said) -> Event | None:
-    """The end of a job that is done or refused; None of one that is neither."""
-    if said.kind == "done":
-        return Event(job.digest, "done", Progress(1.0))
-    if said.kind == "refused":
-        return Event(job.digest, "failed", text=said.text)
+def outcome(job: Job, message: Message) -> Event | None:
+    """The last event of a job that is done or refused; None if the message says neither."""
+    if message.kind == "done":
+        return Event(job.digest, "done", JobProgress(1.0))
+    if message.kind == "refused":
+        return Event(job.digest, "failed", text=message.text)
     return None
 
 
@@ -117,7 +117,7 @@ class _Worker:
         self.connection.send(job)
 
     def close(self) -> None:
-        """End it, at once."""
+        """End it at once."""
         self.process.kill()
         self.process.join()
         self.connection.close()
@@ -164,7 +164,7 @@ class _LocalRun:
 
     def finish(self, should_stop: Callable[[], bool]) -> None:
         try:
-            # each gets one thread: that is the fastest for many small trainings side by side
+            # one thread each is the fastest for many small trainings in parallel
             with threads.one_thread_each():
                 self._workers = [_Worker(self._store) for _ in range(self._count)]
                 while self._waiting or self._busy():
@@ -183,21 +183,21 @@ class _LocalRun:
         return [each for each in self._workers if each.job is not None]
 
     def _look(self) -> None:
-        """Give out jobs, and hear what has happened."""
+        """Hand out jobs, and handle what workers report."""
         for each in self._workers:
             if each.job is None and self._waiting:
                 job = self._waiting.popleft()
                 self._attempts.begin(job)
                 each.give(job)
                 self._on_event(Event(job.digest, "started"))
-        for each, said in self._received():
-            if said is None:
+        for each, message in self._received():
+            if message is None:
                 self._replace(each)
             else:
-                self._hear(each, said)
+                self._hear(each, message)
 
-    def _received(self) -> Iterator[tuple[_Worker, Said | None]]:
-        """What busy workers say within a while; None of one that is dead."""
+    def _received(self) -> Iterator[tuple[_Worker, Message | None]]:
+        """Messages of busy workers that come within a short time; None from one that is dead."""
         connections = {each.connection: each for each in self._busy()}
         for ready in connection.wait(list(connections), _BETWEEN_LOOKS):
             each = connections[ready]  # pyright: ignore[reportArgumentType] - one of its keys
@@ -206,27 +206,27 @@ class _LocalRun:
             except (EOFError, ConnectionError):
                 yield each, None
 
-    def _hear(self, each: _Worker, said: Said) -> None:
+    def _hear(self, each: _Worker, message: Message) -> None:
         job = each.job
         if job is None:
             return
-        if said.kind == "advanced":
-            self._on_event(Event(job.digest, "advanced", said.progress))
+        if message.kind == "advanced":
+            self._on_event(Event(job.digest, "advanced", message.progress))
             return
         each.job = None
-        if (ended := outcome(job, said)) is not None:
+        if (ended := outcome(job, message)) is not None:
             self._on_event(ended)
-        elif said.kind == "unwritable":
-            self._full = said.text
-        elif said.kind == "raised":
-            self._again(job, said.text)
+        elif message.kind == "unwritable":
+            self._full = message.text
+        elif message.kind == "raised":
+            self._again(job, message.text)
 
     def _again(self, job: Job, why: str) -> None:
-        told = f"{why}; {worker.log_of(self._store, job)}"
-        self._on_event(self._attempts.after_death(job, told, self._waiting))
+        reason = f"{why}; {worker.log_of(self._store, job)}"
+        self._on_event(self._attempts.after_death(job, reason, self._waiting))
 
     def _replace(self, dead: _Worker) -> None:
-        """Put a new worker in the place of one that has died."""
+        """Replace a worker that has died."""
         dead.process.join(_PATIENCE)
         job, code = dead.job, dead.process.exitcode
         dead.close()
@@ -235,7 +235,7 @@ class _LocalRun:
             self._again(job, f"its worker died (exit code {code})")
 
     def _stop(self) -> None:
-        """Have all that is under way saved."""
+        """Have workers save what is under way."""
         until = time.monotonic() + _PATIENCE
         for each in self._busy():
             try:
@@ -243,8 +243,8 @@ class _LocalRun:
             except (BrokenPipeError, ConnectionError):
                 each.job = None
         while self._busy() and time.monotonic() < until:
-            for each, said in self._received():
-                if said is not None and said.kind == "done":
-                    self._hear(each, said)
-                elif said is None or said.kind != "advanced":
+            for each, message in self._received():
+                if message is not None and message.kind == "done":
+                    self._hear(each, message)
+                elif message is None or message.kind != "advanced":
                     each.job = None

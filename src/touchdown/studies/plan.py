@@ -1,4 +1,4 @@
-"""A study: a base config, one or two factors with their levels, and seeds; and the runs of it."""
+"""A study: a base config, one or two factors with their levels, and seeds; and its runs."""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -14,15 +14,16 @@ from touchdown.config.checks import is_plain_name
 from touchdown.config.config import Config
 from touchdown.core import records
 from touchdown.core.errors import UserError, one_line
+from touchdown.studies.metrics import METRICS, TEST_METRICS
 
 FORMAT_VERSION = 1
-MOST_SEEDS = 10_000
-"""Seeds from here on are for tuning, and never reported."""
+FIRST_TUNING_SEED = 10_000
+"""Training seeds from here on are for choosing settings; no result is reported on them."""
 _MOST_RUNS = 100_000
 
 Changes = Mapping[str, Any]
-"""What a config is changed by: of a section by a mapping, of the top by a value; `preset` begins
-from another preset."""
+"""Changes to a config: a section's as a mapping, a field's as a value; `preset` starts from another
+preset."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +33,7 @@ class Level:
     label: str
     changes: Changes
     position: float | None = None
-    """Where it stands on the factor's axis; None where values are words."""
+    """Its place on the factor's axis; None where values are words."""
     series: str = ""
     """The line of a figure that it belongs to, where a factor has several."""
 
@@ -78,23 +79,28 @@ class PlannedRun:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Study:
-    """What is varied, from where, and over how many seeds.
+    """What is varied, from which base, and over how many seeds.
 
     Raises:
-        UserError: a factor without levels, two levels of one name, more than two factors, or a
-            level whose changes the config refuses.
+        UserError: a factor without levels, two levels of one name, more than two factors, a level
+            whose changes the config refuses, or a metric that is unknown or needs a test.
     """
 
     name: str
     factors: tuple[Factor, ...]
     seeds: int
     base: str = "paper-best"
-    """The preset that all cells begin from, unless a level names another."""
+    """The preset that all cells start from, unless a level names another."""
     changes: Changes = field(default_factory=dict[str, Any])
-    """What all cells share; a level's own changes come after."""
+    """Changes of all cells; a level's own changes are made after them."""
     base_level: str = ""
-    """What the others are beside: a level of the first factor, or a whole cell's name; the first
-    if empty."""
+    """What the others are compared with: a level of the first factor, or a whole cell's name; the
+    first cell if empty."""
+    first_seed: int = 0
+    """The least training seed. A search for settings takes `FIRST_TUNING_SEED` or above."""
+    metric: str = "best_return"
+    """What its report shows and compares, one of `METRICS`. A study without a test
+    (`test_episodes = 0`) has no return on test starts: it takes `validation_return`."""
     title: str = ""
     section: str = ""
     question: str = ""
@@ -102,7 +108,9 @@ class Study:
     def __post_init__(self) -> None:
         if not is_plain_name(self.name):
             raise UserError(f"name = {self.name!r}: must be letters, digits, '.', '_' and '-'")
-        check_seeds(self.seeds)
+        check_seeds(self.seeds, self.first_seed)
+        if self.metric not in METRICS:
+            raise UserError(f"metric = {self.metric!r}: must be one of {', '.join(METRICS)}")
         if not 1 <= len(self.factors) <= 2:
             raise UserError(f"study {self.name!r}: has {len(self.factors)} factors, must be 1 or 2")
         for factor in self.factors:
@@ -112,6 +120,12 @@ class Study:
             twice = next((label for label in labels if labels.count(label) > 1), None)
             if twice is not None:
                 raise UserError(f"factor {factor.name!r}: has {twice!r} twice")
+        untested = any(not cell.config.training.test_episodes for cell in self.cells())
+        if untested and self.metric in TEST_METRICS:
+            raise UserError(
+                f"metric = {self.metric!r}: needs a test, and test_episodes is 0; "
+                "choose validation_return"
+            )
         names = list(dict.fromkeys((*self.labels(0), *(cell.name for cell in self.cells()))))
         if self.base_level and self.base_level not in names:
             raise UserError(f"base_level = {self.base_level!r}: must be one of {', '.join(names)}")
@@ -128,13 +142,14 @@ class Study:
         ]
 
     def runs(self, seeds: int | None = None) -> list[PlannedRun]:
-        """All runs, seed by seed: stopped early, a study has few seeds of all cells.
+        """All runs, seed by seed: a study that is stopped early has a few seeds of every cell.
 
         Args:
             seeds: how many, if not the study's own number.
         """
         count = self.seeds if seeds is None else seeds
-        return [PlannedRun(cell, seed) for seed in range(count) for cell in self.cells()]
+        seeds_in_order = range(self.first_seed, self.first_seed + count)
+        return [PlannedRun(cell, seed) for seed in seeds_in_order for cell in self.cells()]
 
     def base_cell(self) -> Cell:
         """The cell that the others are compared with."""
@@ -151,14 +166,21 @@ class Study:
         return cast(Config, config)
 
 
-def check_seeds(seeds: int) -> None:
+def check_seeds(seeds: int, first_seed: int = 0) -> None:
     """Refuse a number of seeds that cannot be run.
 
+    Args:
+        seeds: how many.
+        first_seed: the least of them.
+
     Raises:
-        UserError: it is none, or runs into the seeds for tuning.
+        UserError: there are none, or they begin below `FIRST_TUNING_SEED` and reach it.
     """
-    if not 1 <= seeds <= MOST_SEEDS:
-        raise UserError(f"seeds = {seeds}: must be from 1 to {MOST_SEEDS}")
+    if first_seed < 0:
+        raise UserError(f"first_seed = {first_seed}: must be at least 0")
+    most = FIRST_TUNING_SEED - (first_seed if first_seed < FIRST_TUNING_SEED else 0)
+    if not 1 <= seeds <= most:
+        raise UserError(f"seeds = {seeds}: must be from 1 to {most}")
 
 
 def nested(field_name: str, value: Any) -> dict[str, Any]:
@@ -195,7 +217,10 @@ class _StudyFile(Struct, frozen=True, forbid_unknown_fields=True):
     title: str = ""
     question: str = ""
     base: Annotated[str, Meta(title="a preset's name")] = "paper-best"
+    base_level: Annotated[str, Meta(title="a level's label")] = ""
     seeds: int = 5
+    first_seed: int = 0
+    metric: Annotated[str, Meta(title="a metric's name")] = "best_return"
     config: Annotated[dict[str, Any], Meta(title="a table [config]")] = msgspec.field(
         default_factory=dict[str, Any]
     )
@@ -223,7 +248,10 @@ def from_toml(path: Path) -> Study:
             title=file.title,
             question=file.question,
             base=file.base,
+            base_level=file.base_level,
             seeds=file.seeds,
+            first_seed=file.first_seed,
+            metric=file.metric,
             changes=file.config,
             factors=tuple(map(_factor_from, file.factor)),
         )

@@ -1,8 +1,7 @@
-"""The jobs of a study on a Ray cluster; records come back through Ray, so no disk is shared.
+"""Does the jobs of a study on a Ray cluster; records return through Ray, so no disk is shared.
 
-A node works in a folder of its own. Whenever a checkpoint is written there, the run's whole folder
-is sent to the machine that asked, and where a node is lost its jobs go on elsewhere from what was
-sent last.
+A node works in a folder of its own. After each checkpoint the run's whole folder is sent to the
+machine that runs the study. If a node is lost its jobs continue elsewhere from what was sent last.
 """
 
 import io
@@ -27,7 +26,7 @@ from touchdown.core import files
 from touchdown.core.errors import Interrupted, UserError, one_line
 from touchdown.studies.executors import Attempts, Event, outcome
 from touchdown.studies.job import Job
-from touchdown.studies.worker import Said, attempt
+from touchdown.studies.worker import Message, attempt
 
 _BETWEEN_LOOKS = 0.5  # seconds
 _BETWEEN_SENDS = 5.0  # seconds between two folders sent of one job
@@ -73,7 +72,7 @@ class RayExecutor:
 def _connect(address: str) -> None:
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # the line below says it all
+            warnings.simplefilter("ignore")  # the error below says the same
             ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR)
     except (ConnectionError, RuntimeError, ValueError, OSError, RayError) as error:
         raise UserError(
@@ -82,37 +81,37 @@ def _connect(address: str) -> None:
 
 
 class _Mailbox:
-    """What nodes send: an actor on the machine that asked, so that it outlives the others."""
+    """Receives what nodes send: an actor on the study's own machine, so that it outlives them."""
 
     def __init__(self) -> None:
-        self._said: list[tuple[str, int, Said]] = []
+        self._messages: list[tuple[str, int, Message]] = []
         self._folders: dict[str, tuple[int, bytes]] = {}
         self._stop = False
 
-    def tell(self, digest: str, number: int, said: Said) -> bool:
-        """How a job is; gives whether it is to stop."""
-        self._said.append((digest, number, said))
+    def tell(self, digest: str, number: int, message: Message) -> bool:
+        """Take a message on a job; returns whether the job is to stop."""
+        self._messages.append((digest, number, message))
         return self._stop
 
     def send(self, digest: str, number: int, folder: bytes) -> bool:
-        """A job's folder; a later attempt's goes before an earlier one's."""
+        """Take a job's folder; a later attempt's replaces an earlier one's."""
         if number >= self._folders.get(digest, (0, b""))[0]:
             self._folders[digest] = (number, folder)
         return self._stop
 
     def stop(self) -> None:
-        """Whoever asks next is to stop."""
+        """Stop every job when it next asks."""
         self._stop = True
 
-    def collect(self) -> tuple[list[tuple[str, int, Said]], dict[str, bytes]]:
-        """What came since it was last asked."""
-        said, self._said = self._said, []
+    def collect(self) -> tuple[list[tuple[str, int, Message]], dict[str, bytes]]:
+        """What came since the last call."""
+        messages, self._messages = self._messages, []
         folders, self._folders = self._folders, {}
-        return said, {digest: folder for digest, (_, folder) in folders.items()}
+        return messages, {digest: folder for digest, (_, folder) in folders.items()}
 
 
-def _work(job: Job, number: int, folder: bytes | None, mailbox: Any) -> tuple[Said, bytes]:
-    """Do a job on a node; gives what became of it, and its folder."""
+def _work(job: Job, number: int, folder: bytes | None, mailbox: Any) -> tuple[Message, bytes]:
+    """Do a job on a node; returns how it ended, and its folder."""
     os.environ["OMP_NUM_THREADS"] = "1"
     stop = threading.Event()
     over = threading.Event()
@@ -129,22 +128,22 @@ def _work(job: Job, number: int, folder: bytes | None, mailbox: Any) -> tuple[Sa
                 if seen is None or seen == newest:
                     continue
                 packed = _pack(store / job.digest)
-                # a checkpoint that was replaced meanwhile is taken the next time
+                # a checkpoint that was replaced meanwhile is sent the next time
                 if packed is not None and _newest(store / job.digest) == seen:
                     newest = seen
                     if ray.get(mailbox.send.remote(job.digest, number, packed)):
                         stop.set()
 
-        def tell(said: Said) -> None:
-            if ray.get(mailbox.tell.remote(job.digest, number, said)):
+        def tell(message: Message) -> None:
+            if ray.get(mailbox.tell.remote(job.digest, number, message)):
                 stop.set()
 
         sender = threading.Thread(target=send, daemon=True)
         sender.start()
-        said = attempt(job, store, stop.is_set, tell)
+        message = attempt(job, store, stop.is_set, tell)
         over.set()
         sender.join()
-        return said, _pack(store / job.digest) or b""
+        return message, _pack(store / job.digest) or b""
 
 
 class _RayRun:
@@ -167,7 +166,7 @@ class _RayRun:
         self._mailbox: Any = (
             ray.remote(_Mailbox).options(num_cpus=0, scheduling_strategy=strategy).remote()
         )
-        # whether a job is run again is decided here, where what it had saved is known
+        # retries are decided here, where it is known what the job had saved
         self._work: Any = ray.remote(_work).options(num_cpus=1, max_retries=0)
 
     def finish(self, should_stop: Callable[[], bool]) -> None:
@@ -201,29 +200,29 @@ class _RayRun:
         for task in ready:
             job = self._running.pop(task)
             try:
-                said, folder = cast(tuple[Said, bytes], ray.get(task))
+                message, folder = cast(tuple[Message, bytes], ray.get(task))
             except RayError as error:
                 self._again(job, f"its node was lost ({type(error).__name__})")
             else:
-                self._end(job, said, folder)
+                self._end(job, message, folder)
 
     def _collect(self) -> None:
-        """Take over what nodes have sent."""
-        said, folders = ray.get(self._mailbox.collect.remote())
+        """Handle what nodes have sent."""
+        messages, folders = ray.get(self._mailbox.collect.remote())
         for digest, folder in folders.items():
             self._unpack(folder, digest)
-        for digest, number, each in said:
-            # what a lost node had sent before may come after its job was begun elsewhere
+        for digest, number, each in messages:
+            # messages of a lost node may arrive after its job was started elsewhere
             if number == self._attempts.of(digest) and each.kind == "advanced":
                 self._on_event(Event(digest, "advanced", each.progress))
 
-    def _end(self, job: Job, said: Said, folder: bytes) -> None:
+    def _end(self, job: Job, message: Message, folder: bytes) -> None:
         if folder:
             self._unpack(folder, job.digest)
-        if (ended := outcome(job, said)) is not None:
+        if (ended := outcome(job, message)) is not None:
             self._on_event(ended)
-        elif said.kind in ("raised", "unwritable"):
-            self._again(job, said.text)
+        elif message.kind in ("raised", "unwritable"):
+            self._again(job, message.text)
 
     def _again(self, job: Job, why: str) -> None:
         self._on_event(self._attempts.after_death(job, why, self._waiting))
@@ -235,7 +234,7 @@ class _RayRun:
             self._refused = f"{self._store / digest}: cannot be written: {one_line(error)}"
 
     def _stop(self) -> None:
-        """Have all that is under way saved, and brought here."""
+        """Have nodes save what is under way and send it here."""
         self._waiting.clear()
         ray.get(self._mailbox.stop.remote())
         until = time.monotonic() + _PATIENCE
@@ -254,7 +253,7 @@ def _newest(folder: Path) -> str | None:
 
 
 def _pack(folder: Path) -> bytes | None:
-    """A folder's files as a tar; None where there is none, or where a file has just gone."""
+    """A folder's files as a tar; None where there is none, or a file has just vanished."""
     if not folder.is_dir():
         return None
     buffer = io.BytesIO()
@@ -271,7 +270,7 @@ def _pack(folder: Path) -> bytes | None:
 
 
 def _unpack(packed: bytes, folder: Path) -> None:
-    """Put a packed folder in the place of what is there, in one rename.
+    """Replace what is there by a packed folder, in one rename.
 
     Raises:
         OSError: it cannot be written; what was there stays.

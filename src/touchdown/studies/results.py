@@ -1,4 +1,4 @@
-"""What the runs of a study came to, read from their folders, never from a live agent."""
+"""The results of a study's runs, read from their folders, never from a live agent."""
 
 import math
 from collections.abc import Sequence
@@ -14,24 +14,18 @@ from touchdown.core.errors import UserError
 from touchdown.core.types import FloatArray
 from touchdown.envs.outcome import threshold_of
 from touchdown.evaluation.evaluation import Evaluation, read_evaluations
+from touchdown.policies import weights as policy_weights
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.rows import EpisodeRow, ValidationRow
 from touchdown.runs.run import Run
 from touchdown.stats import curves
+from touchdown.stats.summary import Summary
+from touchdown.studies.metrics import METRICS
 from touchdown.studies.plan import Study
 from touchdown.studies.store import Store
 from touchdown.studies.tuners import Tuned
-from touchdown.studies.work import GAINS, LAST, PidJob
+from touchdown.studies.work import LAST, PidJob
 
-METRICS = {
-    "best_return": "test return of the chosen checkpoint",
-    "last_return": "test return of the last weights",
-    "early_return": "mean validation return over the first third of training",
-    "area": "mean validation return over training",
-    "hover_share": "share of training episodes that ran 1000 steps",
-    "worst_return": "least of the test returns",
-}
-"""What claims and comparisons may be about, a number a run, return points or shares."""
 _BINS = 24  # of training, for the share of episodes that run to the limit
 
 
@@ -45,6 +39,10 @@ class RunResult:
     seed: int
     best_return: float
     last_return: float
+    """As `best_return`, `worst_return`, `share_solved` and `landed` NaN where there was no test."""
+    validation_return: float
+    last_validation: float
+    """Of the last weights, on as many starts as each validation during training."""
     early_return: float
     area: float
     hover_share: float
@@ -53,19 +51,32 @@ class RunResult:
     landed: float
     observations: int
     seconds: float
+    """Of training; until it was known to be solved, where the run stops then."""
     observations_to_solved: float
-    """At which observation a validation first reached the world's threshold; ∞ if none did."""
+    """Environment steps before a validation first reached the threshold; ∞ if none did."""
     seconds_to_solved: float
+    test: Summary | None
+    """Of the chosen checkpoint's test flights; None where there was no test."""
     validations: tuple[tuple[float, ...], tuple[float, ...]]
-    """Observations, and mean returns."""
+    """Environment steps, and mean returns."""
     hovering: tuple[tuple[float, ...], tuple[float, ...]]
-    """Observations, and the share of the training episodes until then, from the one before, that
-    ran to the time limit; bins without an episode's end are left out."""
+    """Environment steps at the ends of equal parts of training, and the share of each part's
+    episodes that ran to the time limit; parts in which no episode ended are left out."""
 
     @property
     def name(self) -> str:
-        """Its folder's; a study's runs are called by their digests."""
+        """Its folder's name; for a study's runs it is their digest."""
         return self.path.name
+
+    @property
+    def is_tested(self) -> bool:
+        """Whether its config asks for a test."""
+        return self.test is not None
+
+    @property
+    def folder(self) -> RunFolder:
+        """Its files."""
+        return RunFolder(self.path)
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +96,7 @@ class StudyResults:
         return len(self.study.cells()) * self.seeds
 
     def values(self, labels: tuple[str, ...], metric: str = "best_return") -> FloatArray:
-        """One number a finished seed of a cell, [n], in the order of the seeds.
+        """One number per finished seed of a cell, [n], in the order of the seeds.
 
         Args:
             labels: of the cell.
@@ -98,7 +109,7 @@ class StudyResults:
         return [run for run in self.runs if run.labels == labels]
 
     def table(self) -> pl.DataFrame:
-        """A row a finished run: its cell, seed and numbers; null where it never got there."""
+        """A row for each finished run: cell, seed and numbers; null for what it has not."""
         rows: list[dict[str, Any]] = []
         for run in self.runs:
             row: dict[str, Any] = {"study": self.study.name}
@@ -107,10 +118,12 @@ class StudyResults:
                 for factor, label in zip(self.study.factors, run.labels, strict=True)
             }
             row |= {"seed": run.seed, "run": run.name}
-            row |= {name: getattr(run, name) for name in METRICS}
+            row |= {name: _finite(getattr(run, name)) for name in METRICS}
+            if run.test is not None:
+                row |= {"sd": run.test.sd, "iqm": run.test.iqm.value, "worst_5%": run.test.worst}
             row |= {
-                "share_solved": run.share_solved,
-                "landed": run.landed,
+                "share_solved": _finite(run.share_solved),
+                "landed": _finite(run.landed),
                 "observations": run.observations,
                 "seconds": run.seconds,
                 "observations_to_solved": _finite(run.observations_to_solved),
@@ -121,7 +134,7 @@ class StudyResults:
 
 
 def read_study(study: Study, seeds: int, store: Store) -> StudyResults:
-    """All that is known of a study.
+    """Read all finished runs of a study.
 
     Raises:
         UserError: a finished run's files are broken.
@@ -153,8 +166,7 @@ def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
         UserError: its files are broken.
     """
     folder = RunFolder(path)
-    chosen = read_evaluations(folder.evaluation)[0]
-    last = read_evaluations(path / LAST)[0] if (path / LAST).is_file() else chosen
+    chosen, last = _test_of(folder)
     episodes = records.decode_jsonl(folder.episodes, EpisodeRow)
     validations = records.decode_jsonl(folder.validations, ValidationRow)
     if not episodes or not episodes[-1].env_steps:
@@ -165,29 +177,44 @@ def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
     means = [row.mean_return for row in validations]
     ends = np.array([row.env_steps for row in episodes], float)
     timed_out = [row.outcome == "timed out" for row in episodes]
-    threshold = threshold_of(chosen.env_id)
+    threshold = threshold_of(chosen.env_id if chosen else folder.config().env_id)
     solved = math.inf if threshold is None else curves.first_reaching(at, means, threshold)
     until = float(ends[-1])
     seconds = [row.seconds for row in episodes]
+    facts = policy_weights.facts_of(folder.best)
+    if facts.final_validation_return is None:
+        raise UserError(f"{folder.best}: has no final_validation_return")
     return RunResult(
         path=path,
         labels=labels,
         seed=seed,
-        best_return=chosen.summary.mean,
-        last_return=last.summary.mean,
+        best_return=chosen.summary.mean if chosen else math.nan,
+        last_return=last.summary.mean if last else math.nan,
+        validation_return=facts.final_validation_return,
+        last_validation=means[-1],
         early_return=curves.area_under(at, means, until / 3),
         area=curves.area_under(at, means, until),
         hover_share=float(np.mean(timed_out)),
-        worst_return=min(episode.episode_return for episode in chosen.episodes),
-        share_solved=chosen.summary.share_solved or 0.0,
-        landed=chosen.summary.outcomes.get("landed", 0.0),
+        worst_return=min(e.episode_return for e in chosen.episodes) if chosen else math.nan,
+        share_solved=(chosen.summary.share_solved or 0.0) if chosen else math.nan,
+        landed=chosen.summary.outcomes.get("landed", 0.0) if chosen else math.nan,
         observations=int(until),
-        seconds=seconds[-1],
+        seconds=seconds[-1] if facts.solved_seconds is None else facts.solved_seconds,
         observations_to_solved=solved,
         seconds_to_solved=solved if math.isinf(solved) else float(np.interp(solved, ends, seconds)),
+        test=chosen.summary if chosen else None,
         validations=(tuple(at), tuple(means)),
         hovering=_hovering(ends, timed_out),
     )
+
+
+def _test_of(folder: RunFolder) -> tuple[Evaluation | None, Evaluation | None]:
+    """The test of the chosen checkpoint and of the last weights; None without a test."""
+    if not folder.evaluation.is_file():
+        return None, None
+    chosen = read_evaluations(folder.evaluation)[0]
+    last = folder.path / LAST
+    return chosen, read_evaluations(last)[0] if last.is_file() else chosen
 
 
 def _hovering(
@@ -207,15 +234,15 @@ class PidResult:
 
     job: PidJob
     trained_return: float
-    """The best mean over the training starts of the trials."""
+    """The best trial's mean over its training starts."""
     history: tuple[float, ...]
     test: Evaluation
-    gains: Path
-    """Their file."""
+    path: Path
+    """Its folder."""
 
 
 def read_pid(jobs: Sequence[PidJob], store: Store) -> list[PidResult]:
-    """Those tunings that are done.
+    """Read the tunings that are tested.
 
     Raises:
         UserError: their files are broken.
@@ -223,13 +250,13 @@ def read_pid(jobs: Sequence[PidJob], store: Store) -> list[PidResult]:
     found: list[PidResult] = []
     for job in jobs:
         folder = store.runs / job.digest
-        if not job.is_done(store.runs):
+        if not job.has_results(store.runs):
             continue
         tuned = records.decode_json(folder / "tuning.json", Tuned)
         test = read_evaluations(folder / "evaluation.json")[0]
-        found.append(PidResult(job, tuned.best_return, tuned.history, test, folder / GAINS))
+        found.append(PidResult(job, tuned.best_return, tuned.history, test, folder))
     return found
 
 
 def _finite(value: float) -> float | None:
-    return None if math.isinf(value) else value
+    return value if math.isfinite(value) else None

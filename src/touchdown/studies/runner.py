@@ -1,11 +1,11 @@
-"""Running what is missing of some studies, and telling how it goes."""
+"""Running what is missing of some studies, and reporting the state of it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from touchdown.studies import store as stores
 from touchdown.studies.executors import Event, Executor
-from touchdown.studies.job import BEGUN, Job, Progress
+from touchdown.studies.job import NOT_STARTED, Job, JobProgress
 from touchdown.studies.plan import Study
 from touchdown.studies.store import Store
 from touchdown.studies.work import TrainJob
@@ -13,18 +13,18 @@ from touchdown.studies.work import TrainJob
 
 @dataclass(slots=True)
 class State:
-    """How far the jobs of a study run are."""
+    """How far the jobs of a study are."""
 
     total: int
     done: int
-    """Those that were done before count too."""
-    running: dict[str, Progress] = field(default_factory=dict[str, Progress])
+    """Those that were done before count as well."""
+    running: dict[str, JobProgress] = field(default_factory=dict[str, JobProgress])
     failed: dict[str, str] = field(default_factory=dict[str, str])
     died: int = 0
 
     @property
     def share(self) -> float:
-        """Of all jobs, those under way in parts."""
+        """The share of all jobs that is done; running ones count in part."""
         if not self.total:
             return 1.0
         under_way = sum(progress.share for progress in self.running.values())
@@ -32,9 +32,9 @@ class State:
 
 
 def jobs_of(studies: Sequence[tuple[Study, int]]) -> list[TrainJob]:
-    """The training runs of some studies with so many seeds each, seed by seed, each once."""
+    """The training runs of studies, each with its number of seeds: seed by seed, each run once."""
     planned = [run for study, seeds in studies for run in study.runs(seeds)]
-    planned.sort(key=lambda run: run.seed)  # stable: studies stay in their order
+    planned.sort(key=lambda run: run.seed)  # stable: studies keep their order
     return list({run.digest: TrainJob(run.config) for run in planned}.values())
 
 
@@ -52,14 +52,14 @@ def run_jobs(
         jobs: all, done or not.
         store: where their results are kept.
         executor: does them.
-        on_state: told after each event.
-        should_stop: asked now and then; True has what is under way saved.
+        on_state: called after each event.
+        should_stop: asked now and then; True saves what is under way and stops.
 
     Returns:
         The state at the end; it names the jobs that failed.
 
     Raises:
-        Interrupted: `should_stop` said so.
+        Interrupted: `should_stop` returned True.
         UserError: another process is running jobs there, or nothing can be written.
     """
     with stores.held(store):
@@ -70,7 +70,7 @@ def run_jobs(
         def hear(event: Event) -> None:
             if event.kind == "started":
                 store.forget_failure(event.digest)
-                state.running[event.digest] = BEGUN
+                state.running[event.digest] = NOT_STARTED
             elif event.kind == "advanced":
                 state.running[event.digest] = event.progress
             else:

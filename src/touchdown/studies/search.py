@@ -17,28 +17,26 @@ from touchdown.policies import weights as policy_weights
 from touchdown.runs.folder import RunFolder
 from touchdown.studies import runner
 from touchdown.studies.executors import Executor
-from touchdown.studies.plan import MOST_SEEDS, nested
+from touchdown.studies.plan import FIRST_TUNING_SEED, nested
 from touchdown.studies.store import Store
 from touchdown.studies.work import TrainJob
 
-FIRST_SEED = MOST_SEEDS
-"""Training seeds of trials begin where those that studies report end."""
 _STARTUP = 5  # trials before the median prunes
 
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """Numbers between two."""
+    """Numbers between two bounds."""
 
     low: float
     high: float
     log: bool = False
     whole: bool = False
     from_one: bool = False
-    """They are how far below 1 the setting is: 0.99 and 0.999 lie as far apart as 0.9 and 0.99."""
+    """The range is of 1 minus the setting: 0.99 to 0.999 is then as wide as 0.9 to 0.99."""
 
     def suggest(self, trial: optuna.trial.BaseTrial, name: str) -> float | int:
-        """What a trial is to try."""
+        """The value for a trial."""
         if self.whole:
             return trial.suggest_int(name, int(self.low), int(self.high), log=self.log)
         drawn = trial.suggest_float(name, self.low, self.high, log=self.log)
@@ -47,12 +45,12 @@ class Range:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """One of some values."""
+    """One of a few values."""
 
     values: tuple[float | int, ...]
 
     def suggest(self, trial: optuna.trial.BaseTrial, name: str) -> float | int:
-        """What a trial is to try."""
+        """The value for a trial."""
         return trial.suggest_categorical(name, self.values)
 
 
@@ -74,10 +72,10 @@ class Searched:
 
 
 def space_of(config: Config) -> dict[str, Range | Choice]:
-    """What is searched, by dotted name: the settings that an algorithm is known to hang on.
+    """What is searched, by dotted name: the settings that an algorithm depends on most.
 
     Raises:
-        UserError: the algorithm is none that is searched.
+        UserError: the algorithm is not one that can be searched.
     """
     found: dict[str, Range | Choice] = {
         "learning.learning_rate": Range(1e-4, 2e-3, log=True),
@@ -105,7 +103,7 @@ def space_of(config: Config) -> dict[str, Range | Choice]:
 
 
 def open_study(url: str, name: str, seed: int) -> optuna.Study:
-    """A search in a storage, as it was left, or new.
+    """Open a search in a storage, or make a new one.
 
     Args:
         url: Optuna's storage.
@@ -141,21 +139,21 @@ def search(
     on_trial: Callable[[int, float | None], object] = lambda _count, _best: None,
     should_stop: Callable[[], bool] = lambda: False,
 ) -> Searched:
-    """Make trials until there are enough, those that were made before too.
+    """Make trials until there are enough; those made before count.
 
     Args:
         study: of Optuna.
         base: settings that the search changes some of.
         store: where the trials' runs are kept.
-        executor: runs a trial's seeds side by side.
-        trials: in all.
-        seeds: training seeds a trial.
+        executor: runs a trial's seeds in parallel.
+        trials: how many in all.
+        seeds: training seeds of each trial.
         alone: whether no other machine makes trials of this search.
-        on_trial: told after each how many there are and the best value.
+        on_trial: called after each with the number of trials and the best value.
         should_stop: asked now and then.
 
     Raises:
-        Interrupted: `should_stop` said so.
+        Interrupted: `should_stop` returned True.
         UserError: nothing can be written, or no trial came to its end.
     """
     space = space_of(base)
@@ -174,7 +172,7 @@ def search(
 
 
 def _take_up_again(study: optuna.Study) -> None:
-    """Try once more what was under way when the search was stopped; its finished runs are kept."""
+    """Retry the trials that were under way when the search was stopped; finished runs are kept."""
     for left in study.get_trials(states=[optuna.trial.TrialState.RUNNING]):
         study.tell(left.number, state=optuna.trial.TrialState.FAIL)
         study.enqueue_trial(left.params)
@@ -205,12 +203,12 @@ def _value_of(
     seeds: int,
     should_stop: Callable[[], bool],
 ) -> float | None:
-    """Mean final validation return over seeds; None if the median prunes it on the way."""
+    """Mean final validation return over seeds; None if the trial is pruned."""
     values: list[float] = []
     training = replace(config.training, test_episodes=0)
     for first in range(0, seeds, executor.workers):
         jobs = [
-            TrainJob(replace(config, seed=FIRST_SEED + seed, training=training))
+            TrainJob(replace(config, seed=FIRST_TUNING_SEED + seed, training=training))
             for seed in range(first, min(seeds, first + executor.workers))
         ]
         state = runner.run_jobs(jobs, store, executor, should_stop=should_stop)
@@ -222,7 +220,7 @@ def _value_of(
 
 
 def _return_of(job: TrainJob, store: Store, *, failed: bool) -> float:
-    """What a run came to on validation starts; one that diverged is worth what nobody wants."""
+    """A run's final validation return; a very low one for a run that diverged."""
     if failed:
         return -1_000.0
     return policy_weights.final_return_of(RunFolder(store.runs / job.digest).best)
@@ -252,28 +250,28 @@ def _importance(
     if len(complete) < 2 * _STARTUP:
         return {}
     with warnings.catch_warnings():
-        # it needs no other package, but Optuna calls it experimental
+        # the only evaluator that needs no other package; Optuna calls it experimental
         warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
         evaluator = optuna.importance.PedAnovaImportanceEvaluator()
     return dict(optuna.importance.get_param_importances(study, evaluator=evaluator))
 
 
 def storage_url(store: Store) -> str:
-    """SQLite in the folder of results."""
+    """The URL of a SQLite file in the folder of results."""
     return f"sqlite:///{(store.path / 'search.sqlite3').resolve()}"
 
 
 def comment_of(found: Searched, preset: str, seeds: int) -> str:
-    """Where the winner comes from, as TOML comments."""
-    told = "\n".join(f"#   {name} = {value}" for name, value in found.changed.items())
-    last = FIRST_SEED + seeds - 1
+    """How the winner was found, as TOML comments."""
+    settings = "\n".join(f"#   {name} = {value}" for name, value in found.changed.items())
+    first, last = FIRST_TUNING_SEED, FIRST_TUNING_SEED + seeds - 1
     return (
         f"# touchdown tune agent {preset}: {found.trials} trials, {found.pruned} of them pruned\n"
-        f"# mean validation return {found.value:.1f} over training seeds {FIRST_SEED} to {last}\n"
-        f"# found:\n{told}\n"
+        f"# mean validation return {found.value:.1f} over training seeds {first} to {last}\n"
+        f"# found:\n{settings}\n"
     )
 
 
 def path_beside(path: Path, ending: str) -> Path:
-    """A file beside another, of the same name but for its end."""
+    """A file beside another, with the same stem and another ending."""
     return path.with_name(f"{path.stem}{ending}")

@@ -1,4 +1,4 @@
-"""Where studies keep their runs: one folder for all, so that what two of them plan is run once."""
+"""The folder of results, shared by all studies: a run that two of them plan is run once."""
 
 import fcntl
 from collections.abc import Generator, Sequence
@@ -12,7 +12,7 @@ from msgspec import Meta, Struct
 from touchdown.core import files, records
 from touchdown.core.errors import UserError, one_line
 from touchdown.studies.job import Job
-from touchdown.studies.plan import MOST_SEEDS
+from touchdown.studies.plan import FIRST_TUNING_SEED
 
 SomeJob = TypeVar("SomeJob", bound=Job)
 
@@ -41,21 +41,30 @@ class Store:
 
     @property
     def runs(self) -> Path:
-        """Of all studies, each run in a folder that is called by its digest."""
+        """The runs of all studies, each in a folder named by its digest."""
         return self.path / "runs"
 
     @property
     def failures(self) -> Path:
-        """Why jobs failed when they were last tried, a file each."""
+        """Why jobs failed when they were last tried, a file for each."""
         return self.path / "failed"
 
     def missing(self, jobs: Sequence[SomeJob]) -> list[SomeJob]:
-        """Those that are not done, each once, in their order."""
+        """The jobs that are not done, each once, in their order."""
         each_once = {job.digest: job for job in jobs}
         return [job for job in each_once.values() if not job.is_done(self.runs)]
 
+    def without_results(self, jobs: Sequence[SomeJob]) -> list[SomeJob]:
+        """The jobs whose numbers are not there yet, each once, in their order."""
+        each_once = {job.digest: job for job in jobs}
+        return [job for job in each_once.values() if not job.has_results(self.runs)]
+
+    def unrecorded(self, jobs: Sequence[SomeJob]) -> list[SomeJob]:
+        """The jobs whose numbers are there, but not all their recorded flights."""
+        return [job for job in self.missing(jobs) if job.has_results(self.runs)]
+
     def failed(self) -> dict[str, str]:
-        """Why, by digest, of the jobs that failed when they were last tried."""
+        """Why jobs failed when they were last tried, by digest."""
         if not self.failures.is_dir():
             return {}
         found = sorted(self.failures.glob("*.json"))
@@ -67,7 +76,7 @@ class Store:
         files.write_atomic(self.failures / f"{digest}.json", files.to_json(_Failure(reason)))
 
     def forget_failure(self, digest: str) -> None:
-        """It is being tried again, or done."""
+        """Forget why a job failed: it is being tried again."""
         (self.failures / f"{digest}.json").unlink(missing_ok=True)
 
 
@@ -76,7 +85,7 @@ def open_store(path: Path, *, make: bool = False) -> Store:
 
     Args:
         path: of the folder.
-        make: whether to make it where there is none.
+        make: whether to make it if it does not exist.
 
     Raises:
         UserError: it is not there, of another version, something else, or cannot be written.
@@ -127,31 +136,31 @@ class _BegunFile(Struct, frozen=True):
     """`begun/<name>.json`."""
 
     scale: str
-    seeds: Annotated[int, Meta(ge=0, le=MOST_SEEDS)]
+    seeds: Annotated[int, Meta(ge=0, le=FIRST_TUNING_SEED)]
     file: str | None
 
 
 @dataclass(frozen=True, slots=True)
-class Begun:
-    """A study as it was last run: what `status` and `report` take where they are told nothing."""
+class StartedStudy:
+    """How a study was last started: the defaults of `status` and `report`."""
 
     name: str
     scale: str
     seeds: int
     file: str | None
-    """Of a user's study."""
+    """The TOML file of a user's study."""
 
 
-def note_begun(store: Store, begun: Begun) -> None:
-    """Remember how a study was last run."""
+def note_started(store: Store, begun: StartedStudy) -> None:
+    """Remember how a study was started."""
     folder = store.path / "begun"
     folder.mkdir(exist_ok=True)
     content = _BegunFile(begun.scale, begun.seeds, begun.file)
     files.write_atomic(folder / f"{begun.name}.json", files.to_json(content))
 
 
-def list_begun(store: Store) -> list[Begun]:
-    """Every study that was run in a folder of results, by name.
+def list_started(store: Store) -> list[StartedStudy]:
+    """Every study that was started in a folder of results, by name.
 
     Raises:
         UserError: what was remembered is broken.
@@ -159,6 +168,6 @@ def list_begun(store: Store) -> list[Begun]:
     return [_read_begun(path) for path in sorted((store.path / "begun").glob("*.json"))]
 
 
-def _read_begun(path: Path) -> Begun:
+def _read_begun(path: Path) -> StartedStudy:
     found = records.decode_json(path, _BegunFile)
-    return Begun(path.stem, found.scale, found.seeds, found.file)
+    return StartedStudy(path.stem, found.scale, found.seeds, found.file)

@@ -20,7 +20,7 @@ _WIDE = (-2.0, 2.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tuning:
-    """How gains are to be found.
+    """How gains are searched.
 
     Raises:
         UserError: a number is out of range.
@@ -28,10 +28,10 @@ class Tuning:
 
     tuner: Tuner
     seed: int
-    """Chooses the training starts, and what a sampler draws."""
+    """Decides the training starts and a sampler's draws."""
     rule: Rule = "signed"
     trials: int = 200
-    """Gains to try at most; every tuner has the same number."""
+    """The most gains to try; the same for every tuner."""
     starts: int = 100
     """Training starts that each trial flies."""
     test_episodes: int = 100
@@ -70,7 +70,7 @@ def tune(tuning: Tuning, on_trial: Callable[[float, float], object]) -> Tuned:
 
     Args:
         tuning: how.
-        on_trial: told after each trial the share of trials done and the best mean return.
+        on_trial: called after each trial with the share of trials done and the best mean return.
 
     Raises:
         UserError: a sampler is wanted and Optuna is not installed.
@@ -112,7 +112,7 @@ class _Search:
         return value
 
     def by_twiddle(self) -> None:
-        """Until the trials are over; from the best it has found where it settles before."""
+        """Run Twiddle until no trials are left; if it settles, start again from the best gains."""
         start = self._objective.point_of(pid_tuning.HAND_PICKED)
         while not self.is_over:
             for _ in pid_tuning.search(self.try_out, start, tolerance=0.05):

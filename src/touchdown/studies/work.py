@@ -1,38 +1,41 @@
-"""What one job of a study is: a training run to its test flights, or a tuning of the PID."""
+"""The jobs of a study: a training run with its test, a tuning of the PID, a baseline's flights."""
 
 import hashlib
 import json
 from collections.abc import Callable
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any, Literal
 
 from touchdown.config.config import Config
 from touchdown.core import device, files
 from touchdown.core.errors import Interrupted
 from touchdown.core.seeding import TEST_STARTS
+from touchdown.envs import flight as flights
 from touchdown.evaluation import evaluation as evaluations
-from touchdown.evaluation.evaluator import Evaluator
-from touchdown.policies import lookup
-from touchdown.policies import weights as policy_weights
+from touchdown.evaluation.paths import NUM_PATHS, PathRecorder, save_paths
+from touchdown.lander import rules
+from touchdown.policies import baselines, lookup
 from touchdown.policies.facts import WeightsFacts
 from touchdown.policies.named import NamedPolicy
 from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
-from touchdown.runs.run import Run, evaluations_of
-from touchdown.studies.job import Progress
+from touchdown.runs.run import Run
+from touchdown.studies.job import JobProgress
 from touchdown.studies.tuners import Tuning, tune
 from touchdown.training import finish
 from touchdown.training.trainer import Trainer
 
-LAST = "last.json"
-"""The test flights of the weights that training ended with, beside those of the chosen ones."""
+LAST = finish.LAST
 GAINS = "pid.toml"
+_TUNED = "tuning.json"
+_BASELINE_EPISODES = 100  # as many as the paper's runs fly
 
 
 @dataclass(frozen=True, slots=True)
 class TrainJob:
-    """A training run, its test flights, and its learning curve."""
+    """A training run, its test, its recorded flights, and its learning curve."""
 
     config: Config
 
@@ -41,51 +44,58 @@ class TrainJob:
         """The config's."""
         return self.config.digest
 
-    def is_done(self, store: Path) -> bool:
-        """Whether the run's last file is there."""
+    def has_results(self, store: Path) -> bool:
+        """Whether the run is trained and tested."""
         return Run(RunFolder(store / self.digest)).status == "finished"
+
+    def is_done(self, store: Path) -> bool:
+        """Whether the run is finished and the flights that a report shows are recorded."""
+        if not self.has_results(store):
+            return False
+        if not self.config.training.test_episodes:
+            return True
+        folder = RunFolder(store / self.digest)
+        has_paths = folder.paths.is_file() or not rules.is_lander(self.config.env_id)
+        return folder.flights.is_file() and has_paths
 
     def perform(
         self,
         store: Path,
         should_stop: Callable[[], bool],
-        on_progress: Callable[[Progress], object],
+        on_progress: Callable[[JobProgress], object],
     ) -> None:
-        """Train to the end, then fly the test starts; see `Job`."""
+        """Train to the end, fly the test starts, and record flights; see `Job`.
+
+        A run that was finished by a version that recorded no flights is not trained again.
+        """
         device.use_default()
         folder = RunFolder(store / self.digest)
-        if not folder.config_file.is_file():
-            folder = folders.create(store, self.config, self.digest)
         run = Run(folder)
+        if run.status == "finished":
+            with folders.lock(folder):
+                _test(run, None, should_stop)
+            return
+        if not folder.config_file.is_file():
+            folders.create(store, self.config, self.digest)
         with closing(
             Trainer(
                 folder,
                 should_stop=should_stop,
-                on_status=lambda s: on_progress(Progress(s.share_done, s.recent_return)),
+                on_status=lambda s: on_progress(JobProgress(s.share_done, s.recent_return)),
             )
         ) as trainer:
             trainer.run()
             last = NamedPolicy(f"{folder.name}, last", trainer.last_policy, self.config.env_id)
             _test(run, last, should_stop)
         config = self.config
-        finish.save(run, f"{config.preset}, seed {config.seed}, on {config.env_id}")
+        finish.save_curve(run, f"{config.preset}, seed {config.seed}, on {config.env_id}")
 
 
-def _test(run: Run, last: NamedPolicy, should_stop: Callable[[], bool]) -> None:
-    """Fly the chosen weights and the last ones from the test starts, on stock Gymnasium."""
-    starts = TEST_STARTS[: run.config.training.test_episodes]
-    if not starts:
-        return
-    chosen = policy_weights.facts_of(run.folder.best)
-    with closing(Evaluator(run.config.env_id)) as evaluator:
-        if not evaluations_of(run):
-            flown = evaluations.evaluate_policy(run.policy, starts, evaluator=evaluator)
-            evaluations.write_evaluations(run.folder.evaluation, [flown], chosen)
-        if should_stop():
-            raise Interrupted
-        if not (run.path / LAST).is_file():
-            flown = evaluations.evaluate_policy(last, starts, evaluator=evaluator)
-            evaluations.write_evaluations(run.path / LAST, [flown], WeightsFacts())
+def _test(run: Run, last: NamedPolicy | None, should_stop: Callable[[], bool]) -> None:
+    """Fly the test starts and record the flight of the median return."""
+    tested = finish.fly_test(run, last=last, keep_paths=True, on_episode=_stopping(should_stop))
+    if tested and not run.folder.flights.is_file():
+        finish.record_flights(run, tested[0])
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,32 +106,97 @@ class PidJob:
 
     @property
     def digest(self) -> str:
-        """12 hex digits of all that decides the gains."""
-        told = json.dumps(self.tuning.to_dict(), sort_keys=True)
-        return "pid-" + hashlib.sha256(told.encode()).hexdigest()[:12]
+        """`pid-` and 12 hex digits of all that decides the gains."""
+        return f"pid-{_digest_of(self.tuning.to_dict())}"
+
+    def has_results(self, store: Path) -> bool:
+        """Whether the gains are tested."""
+        return RunFolder(store / self.digest).evaluation.is_file()
 
     def is_done(self, store: Path) -> bool:
-        """Whether the gains' test flights are there."""
-        return (store / self.digest / "evaluation.json").is_file()
+        """Whether the gains are tested and their flight is recorded."""
+        return self.has_results(store) and RunFolder(store / self.digest).flights.is_file()
 
     def perform(
         self,
         store: Path,
         should_stop: Callable[[], bool],
-        on_progress: Callable[[Progress], object],
+        on_progress: Callable[[JobProgress], object],
     ) -> None:
-        """Tune, then fly the test starts; see `Job`."""
-        folder = store / self.digest
-        folder.mkdir(parents=True, exist_ok=True)
+        """Tune, fly the test starts, and record the flight of the median return; see `Job`."""
+        folder = RunFolder(store / self.digest)
+        gains = folder.path / GAINS
+        if not self.has_results(store):
+            folder.path.mkdir(parents=True, exist_ok=True)
 
-        def told(share: float, best: float) -> None:
-            on_progress(Progress(share, best))
-            if should_stop():
-                raise Interrupted
+            def on_trial(share: float, best: float) -> None:
+                on_progress(JobProgress(share, best))
+                if should_stop():
+                    raise Interrupted
 
-        found = tune(self.tuning, told)
-        files.write_atomic(folder / "tuning.json", files.to_json(found.to_json()))
-        files.write_atomic(folder / GAINS, found.to_toml())
-        policy = lookup.load(str(folder / GAINS))
-        flown = evaluations.evaluate_policy(policy, TEST_STARTS[: self.tuning.test_episodes])
-        evaluations.write_evaluations(folder / "evaluation.json", [flown], WeightsFacts())
+            found = tune(self.tuning, on_trial)
+            files.write_atomic(folder.path / _TUNED, files.to_json(found.to_json()))
+            files.write_atomic(gains, found.to_toml())
+            starts = TEST_STARTS[: self.tuning.test_episodes]
+            tested = evaluations.evaluate_policy(lookup.load(str(gains)), starts)
+            evaluations.write_evaluations(folder.evaluation, [tested], WeightsFacts())
+        policy = lookup.load(str(gains))
+        start = evaluations.median_start(evaluations.read_evaluations(folder.evaluation)[0])
+        recorded = flights.record_flight(policy.policy, policy.env_id, start, policy.name)
+        flights.save_flights(folder.flights, [recorded])
+
+
+@dataclass(frozen=True, slots=True)
+class BaselineJob:
+    """Test flights of a policy that is not trained, for results to be compared with."""
+
+    name: Literal["pid", "random"]
+
+    @property
+    def digest(self) -> str:
+        """`baseline-`, the name, and 12 hex digits of all that decides the flights."""
+        decides: dict[str, Any] = {"env_id": rules.LANDER_IDS[0], "episodes": _BASELINE_EPISODES}
+        if self.name == "pid":
+            decides["gains"] = asdict(baselines.shipped_pid())
+        return f"baseline-{self.name}-{_digest_of(decides)}"
+
+    def has_results(self, store: Path) -> bool:
+        """Whether the test starts are flown."""
+        return RunFolder(store / self.digest).evaluation.is_file()
+
+    def is_done(self, store: Path) -> bool:
+        """The same: the paths are written before the evaluation."""
+        return self.has_results(store)
+
+    def perform(
+        self,
+        store: Path,
+        should_stop: Callable[[], bool],
+        on_progress: Callable[[JobProgress], object],
+    ) -> None:
+        """Fly the test starts; see `Job`."""
+        del on_progress  # it takes a second
+        folder = RunFolder(store / self.digest)
+        folder.path.mkdir(parents=True, exist_ok=True)
+        starts = TEST_STARTS[:_BASELINE_EPISODES]
+        recorder = PathRecorder(starts, NUM_PATHS)
+        tested = evaluations.evaluate_policy(
+            lookup.load(self.name), starts, on_episode=_stopping(should_stop), observer=recorder
+        )
+        save_paths(folder.paths, recorder.paths)
+        evaluations.write_evaluations(folder.evaluation, [tested], WeightsFacts())
+
+
+def _stopping(should_stop: Callable[[], bool]) -> Callable[[], None]:
+    """What to call after each flight, so that a job stops between two of them."""
+
+    def check() -> None:
+        if should_stop():
+            raise Interrupted
+
+    return check
+
+
+def _digest_of(decides: dict[str, Any]) -> str:
+    """12 hex digits of plain values."""
+    return hashlib.sha256(json.dumps(decides, sort_keys=True).encode()).hexdigest()[:12]

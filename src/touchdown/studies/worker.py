@@ -1,4 +1,4 @@
-"""A worker process: one job after the other, until whoever started it is gone."""
+"""A worker process: does one job after the other until its parent process ends."""
 
 import faulthandler
 import os
@@ -14,68 +14,68 @@ from pathlib import Path
 from typing import Any, Literal
 
 from touchdown.core.errors import Interrupted, UserError, one_line
-from touchdown.studies.job import BEGUN, Job, Progress
+from touchdown.studies.job import NOT_STARTED, Job, JobProgress
 
 MOST = 1_000
 _BETWEEN_WORDS = 0.5  # seconds between two reports of progress
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
-    """What a worker tells of its job."""
+class Message:
+    """A worker's report on its job."""
 
     kind: Literal["advanced", "done", "stopped", "refused", "unwritable", "raised"]
-    progress: Progress = BEGUN
+    progress: JobProgress = NOT_STARTED
     text: str = ""
 
 
 def log_of(store: Path, job: Job) -> Path:
-    """What a job's worker writes beside its results."""
+    """The log of a job's worker."""
     return store.parent / "logs" / f"{job.digest}.log"
 
 
 class Reporter:
-    """Tells of progress, but not too often."""
+    """Reports progress, but not too often."""
 
     def __init__(self, tell: Any) -> None:
         self._tell = tell
         self._last = -_BETWEEN_WORDS
 
-    def __call__(self, progress: Progress) -> None:
-        """How far the job is."""
+    def __call__(self, progress: JobProgress) -> None:
+        """Report how far the job is."""
         now = time.monotonic()
         if now - self._last >= _BETWEEN_WORDS:
             self._last = now
-            self._tell(Said("advanced", progress))
+            self._tell(Message("advanced", progress))
 
 
-def attempt(job: Job, store: Path, stop: Any, tell: Any) -> Said:
-    """Do a job; gives what became of it.
+def attempt(job: Job, store: Path, stop: Any, tell: Any) -> Message:
+    """Do a job, and return how it ended.
 
     Args:
         job: to do.
         store: folder of all jobs' folders.
         stop: asked whether to stop.
-        tell: told of progress.
+        tell: called with messages on progress.
     """
     try:
         job.perform(store, stop, Reporter(tell))
     except Interrupted:
-        return Said("stopped")
+        return Message("stopped")
     except UserError as error:
-        return Said("refused", text=one_line(error))
+        return Message("refused", text=one_line(error))
     except OSError as error:
         where = error.filename or store
-        return Said("unwritable", text=f"{where}: cannot be written: {one_line(error)}")
-    except Exception as error:  # noqa: BLE001 - whatever it is, the other jobs go on
+        return Message("unwritable", text=f"{where}: cannot be written: {one_line(error)}")
+    except Exception as error:  # noqa: BLE001 - any error of one job leaves the others running
         traceback.print_exc()
-        return Said("raised", text=f"{type(error).__name__}: {one_line(error)[:200]}")
-    return Said("done")
+        return Message("raised", text=f"{type(error).__name__}: {one_line(error)[:200]}")
+    return Message("done")
 
 
 def main(connection: Connection, store: Path) -> None:
-    """Do the jobs that come, tell what becomes of them, and end with whoever sends them."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all; the sender says what follows
+    """Do the jobs that arrive and report on them, until the process that sends them ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches every process; the sender decides
     faulthandler.enable()
     jobs: queue.SimpleQueue[Job] = queue.SimpleQueue()
     stop = threading.Event()
@@ -84,30 +84,30 @@ def main(connection: Connection, store: Path) -> None:
     def listen() -> None:
         while True:
             try:
-                said = connection.recv()
+                message = connection.recv()
             except (EOFError, OSError):
-                # killed perhaps: the same job may soon be begun by another process
+                # the parent may have been killed: another may soon start the same job
                 os._exit(1)
-            if said is None:
+            if message is None:
                 stop.set()
             else:
-                jobs.put(said)
+                jobs.put(message)
 
     threading.Thread(target=listen, daemon=True).start()
     while True:
         job = jobs.get()
         log = log_of(store, job)
         _write_to(log)
-        said = attempt(job, store, stop.is_set, connection.send)
+        message = attempt(job, store, stop.is_set, connection.send)
         sys.stdout.flush()
         sys.stderr.flush()
-        if said.kind == "done" and not log.stat().st_size:
+        if message.kind == "done" and not log.stat().st_size:
             log.unlink()
-        connection.send(said)
+        connection.send(message)
 
 
 def _write_to(log: Path) -> None:
-    """Have all that is printed from here on, by whatever library, go to a file."""
+    """Send everything that is printed from here on, by any library, to a file."""
     log.parent.mkdir(parents=True, exist_ok=True)
     sys.stdout.flush()
     sys.stderr.flush()

@@ -1,17 +1,157 @@
-"""A run's learning curve, the last file that a run writes."""
+"""What follows training: the test, the flights that pictures are drawn from, the learning curve."""
+
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from dataclasses import dataclass
 
 import msgspec
 
 from touchdown.core import records
-from touchdown.envs import outcome
+from touchdown.core.seeding import TEST_STARTS
+from touchdown.envs import environment, outcome
+from touchdown.envs import flight as flights
+from touchdown.envs.flight import Flight
+from touchdown.evaluation import evaluation as evaluations
+from touchdown.evaluation.evaluation import Evaluation
+from touchdown.evaluation.evaluator import Evaluator
+from touchdown.evaluation.paths import NUM_PATHS, PathRecorder, save_paths
 from touchdown.figures import curve
+from touchdown.lander import rules
+from touchdown.policies import lookup
 from touchdown.policies import weights as policy_weights
+from touchdown.policies.facts import WeightsFacts
+from touchdown.policies.named import NamedPolicy
 from touchdown.runs.rows import EpisodeRow, ValidationRow
-from touchdown.runs.run import CURVE, Run
+from touchdown.runs.run import CURVE, Run, evaluations_of
+
+LAST = "last.json"
+"""Test flights of the weights that training ended with, beside those of the chosen checkpoint."""
 
 
-def save(run: Run, title: str) -> None:
-    """Draw a run's episodes and validations, and mark the checkpoint that was chosen.
+def fly_test(
+    run: Run,
+    *,
+    baselines: Sequence[str] = (),
+    last: NamedPolicy | None = None,
+    keep_paths: bool = False,
+    on_phase: Callable[[str, int], object] = lambda _text, _count: None,
+    on_episode: Callable[[], object] = lambda: None,
+) -> list[Evaluation]:
+    """Fly the test starts on stock Gymnasium, each policy once; what is on disk is not flown again.
+
+    Args:
+        run: trained to its end.
+        baselines: names of policies to fly beside the chosen checkpoint.
+        last: policy of the weights that training ended with, flown into `LAST`; None flies none.
+        keep_paths: whether to write `paths.safetensors`; of the lander alone.
+        on_phase: called before the first flight with what begins and the number of flights.
+        on_episode: called after each flight; what it raises ends the test.
+
+    Returns:
+        The chosen checkpoint's evaluation, then the baselines'; none where the config asks for no
+        test.
+
+    Raises:
+        UserError: the run's files are broken.
+    """
+    starts = TEST_STARTS[: run.config.training.test_episodes]
+    if not starts:
+        return []
+    env_id = run.config.env_id
+    tested = evaluations_of(run)
+    keep_paths &= rules.is_lander(env_id) and not run.folder.paths.is_file()
+    if (run.path / LAST).is_file():
+        last = None
+    if tested and last is None and not keep_paths:
+        return tested
+    chosen = run.policy
+    others = [] if tested else [lookup.load(name, env_id=env_id) for name in baselines]
+    count = (not tested) + len(others) + (last is not None)
+    on_phase(f"flying {len(starts)} test starts with {count} policies", count * len(starts))
+    with closing(Evaluator(env_id)) as evaluator:
+        recorder = PathRecorder(starts)
+        if not tested:
+            tested = [
+                evaluations.evaluate_policy(
+                    chosen, starts, evaluator=evaluator, on_episode=on_episode, observer=recorder
+                )
+            ]
+            tested += [
+                evaluations.evaluate_policy(
+                    each, starts, evaluator=evaluator, on_episode=on_episode
+                )
+                for each in others
+            ]
+        elif keep_paths:  # tested by a version that kept none
+            evaluator.rollout(chosen.policy, starts[:NUM_PATHS], on_episode, recorder)
+        # before the evaluation: where that is there, so are the paths
+        if keep_paths:
+            save_paths(run.folder.paths, recorder.paths)
+        if not run.folder.evaluation.is_file():
+            facts = policy_weights.facts_of(run.folder.best)
+            evaluations.write_evaluations(run.folder.evaluation, tested, facts)
+        if last is not None:
+            flown = evaluations.evaluate_policy(
+                last, starts, evaluator=evaluator, on_episode=on_episode
+            )
+            evaluations.write_evaluations(run.path / LAST, [flown], WeightsFacts())
+    return tested
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedFlights:
+    """What the pictures of a run show."""
+
+    median: Flight
+    """From the test start of the median return."""
+    beside: dict[str, list[Flight]]
+    """The agent's and the PID's from the same starts, by the policy's name; the lander's alone."""
+
+
+def record_flights(run: Run, tested: Evaluation, num_beside: int = 0) -> RecordedFlights | None:
+    """Record the flights that pictures show into `flights.safetensors`, the median one first.
+
+    Args:
+        run: with its test flown.
+        tested: evaluation of the chosen checkpoint.
+        num_beside: test starts that the agent and the PID both fly.
+
+    Returns:
+        The flights; None where the environment cannot be drawn. The file then holds no flight.
+
+    Raises:
+        UserError: the run's files are broken, or the file cannot be written.
+    """
+    policy = run.policy
+    if not _is_drawable(policy.env_id):
+        flights.save_flights(run.folder.flights, [])
+        return None
+    start = evaluations.median_start(tested)
+    median = flights.record_flight(policy.policy, policy.env_id, start, policy.name)
+    beside: dict[str, list[Flight]] = {}
+    if num_beside and rules.is_lander(policy.env_id):
+        for each in (policy, lookup.load("pid")):
+            beside[each.name] = [
+                flights.record_flight(each.policy, each.env_id, start, each.name)
+                for start in TEST_STARTS[:num_beside]
+            ]
+    recorded = [median, *(flight for group in beside.values() for flight in group)]
+    flights.save_flights(run.folder.flights, recorded)
+    return RecordedFlights(median, beside)
+
+
+def _is_drawable(env_id: str) -> bool:
+    if rules.is_lander(env_id):
+        return True  # by us, from the positions of its bodies
+    env, _ = environment.make_env(env_id)
+    env.close()
+    return "rgb_array" in (env.metadata.get("render_modes") or ())
+
+
+def save_curve(run: Run, title: str) -> None:
+    """Draw a run's episodes and validations, and mark the chosen checkpoint.
+
+    The learning curve is the last file that a run writes: one that has it is finished.
 
     Args:
         run: trained to its end.

@@ -1,28 +1,21 @@
 import csv
 import re
-from dataclasses import replace
+import shutil
 
-import numpy as np
 import pytest
 
-from finished_runs import evaluation, write_run
-from touchdown.agents.networks import make_network
-from touchdown.config.presets import preset
-from touchdown.config.sections import NetworkConfig
+from finished_runs import evaluation, record, write_run
 from touchdown.core import files
-from touchdown.core.types import Spaces
 from touchdown.evaluation.evaluation import write_evaluations
-from touchdown.policies import weights as policy_weights
 from touchdown.policies.facts import WeightsFacts
-from touchdown.report import study as reports
+from touchdown.report.paper_page import write_paper_report
 from touchdown.runs.folder import RunFolder
 from touchdown.studies import paper
-from touchdown.studies.store import open_store
+from touchdown.studies.store import Store, open_store
 from touchdown.studies.tuners import Tuned
 from touchdown.studies.work import GAINS
 from touchdown.training.pid_tuning import HAND_PICKED
 
-SMALL = replace(preset("pilot"), network=NetworkConfig(hidden_sizes=(4,)))
 PLANTED = {"dqn": 0, "target-dqn": 170, "preferential-dqn": 172, "paper-best": 240}
 """Mean returns of the ladder's rungs."""
 
@@ -36,7 +29,6 @@ def mean_of(study: str, label: str, seed: int) -> float:
 def store(tmp_path_factory):
     """All of the paper's runs at the quick scale, made up, with one that failed, one not done."""
     made = open_store(tmp_path_factory.mktemp("paper") / "results", make=True)
-    network = make_network(SMALL.network, Spaces(observation_size=8, num_actions=4))
     for name, study in paper.studies("quick").items():
         for planned in study.runs():
             if (made.runs / planned.digest).exists():
@@ -44,10 +36,7 @@ def store(tmp_path_factory):
             mean = mean_of(name, planned.cell.labels[0], planned.seed)
             path = made.runs / planned.digest
             write_run(path, (mean - 20, mean + 20), (mean - 40, mean))
-            params = np.random.default_rng(planned.seed).normal(size=network.num_params)
-            policy_weights.save_weights(
-                RunFolder(path).best, network, params, WeightsFacts(), SMALL
-            )
+            record(RunFolder(path), height=1 + planned.seed / 10)
     for job in paper.pid_jobs("quick"):
         folder = made.runs / job.digest
         folder.mkdir()
@@ -57,6 +46,12 @@ def store(tmp_path_factory):
         better = 0 if job.tuning.tuner == "hand" else 50
         returns = [170.0 + better + job.tuning.seed, 180.0 + better]
         write_evaluations(folder / "evaluation.json", [evaluation(returns)], WeightsFacts())
+        record(RunFolder(folder))
+    for job, mean in zip(paper.baseline_jobs(), (222.0, -190.0), strict=True):
+        folder = RunFolder(made.runs / job.digest)
+        folder.path.mkdir()
+        record(folder, height=2.0 if job.name == "pid" else 9.0)
+        write_evaluations(folder.evaluation, [evaluation([mean])], WeightsFacts())
     broken, missing = paper.studies("quick")["size"].runs()[:2]
     made.note_failure(broken.digest, "it diverged")
     for each in (broken, missing):
@@ -66,15 +61,12 @@ def store(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def written(store, tmp_path_factory):
-    """The page of all of them, flown from few starts."""
+    """The page of all of them."""
     out = tmp_path_factory.mktemp("page")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(reports, "TEST_STARTS", reports.TEST_STARTS[:2])
-        patch.setattr(reports, "_ALIKE_STARTS", 2)
-        steps: list[str] = []
-        report = reports.write_paper_report(
-            "quick", None, store, out, command="make it so", linked=False, on_step=steps.append
-        )
+    steps: list[str] = []
+    report = write_paper_report(
+        "quick", None, store, out, command="make it so", linked=False, on_step=steps.append
+    )
     return report, steps
 
 
@@ -134,10 +126,53 @@ def test_what_failed_and_what_is_missing_is_said(written):
     assert "1 runs failed: it diverged." in text
 
 
+def test_each_section_on_policies_has_the_film_of_a_recorded_flight(written):
+    report, _ = written
+    films = {path.stem for path in (report.page.parent / "figures").glob("*.gif")}
+    assert films == set(paper.topics("quick")) - {"alike"}
+
+
+def test_distances_come_from_recorded_paths(written):
+    report, _ = written
+    # at heights of 1 to 1.4, 2 and 9 half viewports
+    first, second = report.decisions["alike"]
+    assert (first.verdict, second.verdict) == ("holds", "does not hold")
+    assert "to random 52.000, to the PID 5.333" in first.evidence
+
+
+def test_the_ladder_is_shown_beside_the_baselines(written):
+    report, _ = written
+    drawing = (report.page.parent / "figures" / "ladder.svg").read_text()
+    assert "PID" in drawing
+    assert "random" in drawing
+
+
+def test_runs_without_recorded_flights_have_a_page_without_films_and_distances(store, tmp_path):
+    old = Store(tmp_path / "old")
+    shutil.copytree(store.path, old.path)
+    for path in (*old.runs.glob("*/flights.safetensors"), *old.runs.glob("*/paths.safetensors")):
+        path.unlink()
+    for job in paper.baseline_jobs():
+        shutil.rmtree(old.runs / job.digest)
+    report = write_paper_report(
+        "quick",
+        None,
+        old,
+        tmp_path / "out",
+        names=["ladder", "alike"],
+        command="x",
+        note="To record flights, make it so.",
+        linked=False,
+    )
+    text = report.page.read_text()
+    assert re.findall(r'<section id="([a-z-]+)">', text) == ["ladder"]
+    assert "data:image/gif" not in text
+    assert "To record flights, make it so." in text
+    assert len(report.decisions["ladder"]) == len(paper.topics("quick")["ladder"].claims)
+
+
 def test_a_topic_without_runs_is_left_out(tmp_path):
     store = open_store(tmp_path / "results", make=True)
-    report = reports.write_paper_report(
-        "quick", None, store, tmp_path / "out", command="x", linked=False
-    )
+    report = write_paper_report("quick", None, store, tmp_path / "out", command="x", linked=False)
     assert report.decisions == {}
     assert not list((tmp_path / "out" / "tables").iterdir())

@@ -1,0 +1,25 @@
+"""What the verbs of studies do, as functions for a notebook."""
+
+from touchdown.api.studies.agent_search import TunedAgent, tune_agent
+from touchdown.api.studies.comparison import compare
+from touchdown.api.studies.find import StudySelection, find_study
+from touchdown.api.studies.listing import TopicListing, list_studies
+from touchdown.api.studies.report import study_report
+from touchdown.api.studies.run import estimate_study, executor_of, run_study
+from touchdown.api.studies.status import StudyProgress, study_status
+
+__all__ = [
+    "StudyProgress",
+    "StudySelection",
+    "TopicListing",
+    "TunedAgent",
+    "compare",
+    "estimate_study",
+    "executor_of",
+    "find_study",
+    "list_studies",
+    "run_study",
+    "study_report",
+    "study_status",
+    "tune_agent",
+]

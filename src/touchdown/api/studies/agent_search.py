@@ -1,0 +1,133 @@
+"""Searching an agent's settings with Optuna, and writing the winner to a file."""
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from touchdown.config import presets, toml
+from touchdown.core import files, progress
+from touchdown.core.errors import Interrupted, UserError
+from touchdown.figures import importance
+from touchdown.studies import store as stores
+from touchdown.studies.executors import Executor, LocalExecutor
+from touchdown.studies.store import DEFAULT_RESULTS
+
+
+@dataclass(frozen=True, slots=True)
+class TunedAgent:
+    """What a search found, and the files that hold it."""
+
+    value: float
+    trials: int
+    pruned: int
+    changed: Mapping[str, Any]
+    files: tuple[Path, ...]
+
+    def __str__(self) -> str:
+        """As a sentence."""
+        settings = ", ".join(
+            f"{name.split('.')[-1]} {value:.4g}" for name, value in self.changed.items()
+        )
+        return (
+            f"best of {self.trials} trials ({self.pruned} pruned): validation return "
+            f"{self.value:.1f} with {settings}"
+        )
+
+
+def tune_agent(
+    preset: str,
+    *,
+    trials: int = 30,
+    seeds: int = 3,
+    observations: int | None = None,
+    seed: int = 0,
+    storage: str | None = None,
+    out: Path | str | None = None,
+    executor: Executor | None = None,
+    results_dir: Path | str = DEFAULT_RESULTS,
+    console: Console | None = None,
+) -> TunedAgent:
+    """Search a preset's settings with Optuna; the same call resumes a search that was stopped.
+
+    A trial trains with several seeds that no study reports; its value is their mean return on
+    validation starts. A trial that is below the median after some of its seeds is pruned.
+
+    Args:
+        preset: settings to start from.
+        trials: to make in all; those made before count.
+        seeds: training seeds of each trial.
+        observations: environment steps of each run, if not the preset's number.
+        seed: of the sampler.
+        storage: Optuna's, such as `postgresql://…` for many machines; SQLite in the folder of
+            results if None.
+        out: TOML file for the winner; its importance plot lies beside it. None writes none.
+        executor: runs a trial's seeds; worker processes of this machine if None.
+        results_dir: where the trials' runs are kept.
+        console: where to show progress; quiet if None.
+
+    Raises:
+        UserError: a number is out of range, Optuna is not installed, the storage cannot be
+            reached, or nothing can be written.
+        Interrupted: Ctrl-C or SIGTERM; the trials made are kept.
+    """
+    for name, value in (("trials", trials), ("seeds", seeds), ("observations", observations)):
+        if value is not None and value < 1:
+            raise UserError(f"{name} = {value}: must be at least 1")
+    try:
+        from touchdown.studies import search  # noqa: PLC0415 - an extra
+    except ImportError:
+        raise UserError(
+            "tune agent: needs Optuna; install it: pip install 'touchdown[optuna]'"
+        ) from None
+    base = presets.preset(preset)
+    if observations is not None:
+        training = dataclasses.replace(
+            base.training, max_env_steps=observations, episodes=1_000_000
+        )
+        base = dataclasses.replace(base, training=training)
+    search.space_of(base)
+    if out is not None and not Path(out).absolute().parent.is_dir():
+        raise UserError(f"out {str(out)!r}: its folder does not exist")
+    store = stores.open_store(Path(results_dir), make=True)
+    url = storage or search.storage_url(store)
+    study = search.open_study(url, f"{preset}-{base.digest}-{seeds}", seed)
+    shown = console or Console(quiet=True)
+    try:
+        with (
+            progress.counting(shown, f"searching {preset}", trials) as count,
+            progress.stop_on_signals(shown) as stop,
+        ):
+
+            def on_trial(number: int, best: float | None) -> None:
+                best_text = "" if best is None else f", best {best:.1f}"
+                count.describe(f"searching {preset}{best_text}", number)
+
+            found = search.search(
+                study,
+                base,
+                store,
+                executor or LocalExecutor(),
+                trials=trials,
+                seeds=seeds,
+                alone=storage is None,
+                on_trial=on_trial,
+                should_stop=stop,
+            )
+    except Interrupted:
+        raise Interrupted("stopped; the trials made are kept, the same command goes on") from None
+    written: list[Path] = []
+    if out is not None:
+        path = Path(out)
+        text = search.comment_of(found, preset, seeds) + toml.to_toml(found.best)
+        with files.refusing(f"out {str(out)!r}"):
+            files.write_atomic(path, text)
+        written.append(path)
+        if found.importance:
+            plot = search.path_beside(path, "-importance.png")
+            importance.save_importance(plot, found.importance)
+            written.append(plot)
+    return TunedAgent(found.value, found.trials, found.pruned, found.changed, tuple(written))

@@ -1,0 +1,104 @@
+"""The page of a study, from the records of its runs."""
+
+import shlex
+from pathlib import Path
+
+from rich.console import Console
+
+from touchdown.api.studies.find import PAPER, StudySelection, find_started
+from touchdown.core import progress
+from touchdown.core.errors import UserError
+from touchdown.report.output import Report
+from touchdown.report.paper_page import write_paper_report
+from touchdown.report.study_page import write_study_report
+from touchdown.studies import paper
+from touchdown.studies import store as stores
+from touchdown.studies.store import DEFAULT_RESULTS, Store
+
+
+def study_report(
+    name: str | None = None,
+    *,
+    scale: str | None = None,
+    seeds: int | None = None,
+    out: Path | str | None = None,
+    results_dir: Path | str = DEFAULT_RESULTS,
+    console: Console | None = None,
+) -> Report:
+    """Write a study's page: figures, verdicts on its claims, flights, tables.
+
+    Args:
+        name: of a study; None takes the one that was started, if it is one.
+        scale: of the paper's; as it was last run if None.
+        seeds: as it was last run if None.
+        out: folder for the page; in the folder of results if None, and then it links to the runs.
+        results_dir: where results are kept.
+        console: where to show progress; quiet if None.
+
+    Raises:
+        UserError: there is no such folder or study, none of its runs is done, or the page cannot
+            be written.
+    """
+    store = stores.open_store(Path(results_dir))
+    started = find_started(store, name, scale, seeds)
+    if len(started) > 1:
+        names = ", ".join(each.name for each in started)
+        raise UserError(f"name: must be one of {names}, for several studies were begun")
+    selection = started[0]
+    runs = [*selection.pid_jobs, *selection.train_jobs]
+    if len(store.without_results(runs)) == len(runs):
+        raise UserError(
+            f"study {selection.name!r}: none of its runs is done; begin: {selection.command()}"
+        )
+    folder = Path(out) if out is not None else store.path / "reports" / selection.name
+    command = f"{selection.command(store)} && {_report_command(selection, store, out)}"
+    note = _note_on_flights(selection, store)
+    shown = console or Console(quiet=True)
+    sections = len(paper.topics(selection.scale)) if selection.name == PAPER else 1
+    with progress.counting(shown, f"report of {selection.name}", sections) as count:
+
+        def on_step(_name: str) -> None:
+            count()
+
+        if selection.file is not None:
+            ((study, n),) = selection.studies
+            return write_study_report(
+                study,
+                n,
+                store,
+                folder,
+                command=command,
+                note=note,
+                linked=out is None,
+                on_step=on_step,
+            )
+        return write_paper_report(
+            selection.scale,
+            selection.seeds,
+            store,
+            folder,
+            names=None if selection.name == PAPER else [selection.name],
+            command=command,
+            note=note,
+            linked=out is None,
+            on_step=on_step,
+        )
+
+
+def _report_command(selection: StudySelection, store: Store, out: Path | str | None) -> str:
+    to = [] if out is None else ["--out", str(out)]
+    where = [] if store.path == DEFAULT_RESULTS else ["--results-dir", str(store.path)]
+    return shlex.join(["touchdown", "study", "report", selection.name, *to, *where])
+
+
+def _note_on_flights(selection: StudySelection, store: Store) -> str:
+    """A sentence on flights that are not recorded; "" where all are."""
+    runs = len(store.unrecorded(selection.jobs))
+    if not runs and not store.without_results(selection.baselines):
+        return ""
+    what = [f"the flights of {runs} finished run{'s' * (runs > 1)}"] if runs else []
+    what += ["the baselines' flights"] if store.without_results(selection.baselines) else []
+    text = f"{' and '.join(what)} are not recorded, and what shows them is left out; "
+    return (
+        f"{text[0].upper()}{text[1:]}to record them without training, {selection.command(store)}."
+    )

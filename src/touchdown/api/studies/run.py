@@ -1,0 +1,128 @@
+"""Running what is missing of a study, and how long that will take."""
+
+from pathlib import Path
+
+from rich.console import Console
+
+from touchdown.api import views
+from touchdown.api.studies.find import find_study
+from touchdown.core import progress
+from touchdown.core.errors import Interrupted, UserError
+from touchdown.studies import runner
+from touchdown.studies import store as stores
+from touchdown.studies.estimate import Estimate, estimate
+from touchdown.studies.executors import Executor, LocalExecutor
+from touchdown.studies.runner import State
+from touchdown.studies.store import DEFAULT_RESULTS, StartedStudy, Store
+
+
+def run_study(
+    name: str,
+    *,
+    scale: str = "quick",
+    seeds: int | None = None,
+    executor: Executor | None = None,
+    results_dir: Path | str = DEFAULT_RESULTS,
+    console: Console | None = None,
+) -> State:
+    """Run what is missing of a study; what is done already, in any study, is not done again.
+
+    Args:
+        name: `paper`, one of its topics, or the path of a study's TOML file.
+        scale: of the paper's studies: `quick` or `full`.
+        seeds: training seeds of each cell, if not the study's own number.
+        executor: does the jobs; if None, one worker process per core of this machine.
+        results_dir: where results are kept.
+        console: where to show progress; quiet if None.
+
+    Returns:
+        How it ended; it names the runs that failed.
+
+    Raises:
+        UserError: there is no such study, its file is broken, the folder is of another version or
+            in use, or nothing can be written; what is done stays.
+        Interrupted: Ctrl-C or SIGTERM; what was under way was saved.
+    """
+    selection = find_study(name, scale=scale, seeds=seeds)
+    shown = console or Console(quiet=True)
+    store = stores.open_store(Path(results_dir), make=True)
+    file = None if selection.file is None else str(selection.file)
+    stores.note_started(store, StartedStudy(selection.name, selection.scale, seeds or 0, file))
+    names = selection.job_names()
+    try:
+        with (
+            views.StudyView(shown, selection.name, lambda digest: names[digest]) as view,
+            progress.stop_on_signals(shown) as stop,
+        ):
+            return runner.run_jobs(
+                selection.jobs,
+                store,
+                executor or LocalExecutor(),
+                on_state=view.update,
+                should_stop=stop,
+            )
+    except Interrupted:
+        raise Interrupted(f"stopped and saved; go on with: {selection.command()}") from None
+
+
+def estimate_study(
+    name: str,
+    *,
+    scale: str = "quick",
+    seeds: int | None = None,
+    workers: int | None = None,
+    results_dir: Path | str = DEFAULT_RESULTS,
+    console: Console | None = None,
+) -> Estimate:
+    """How long a study will take, from the speed that its kinds of run have on this machine.
+
+    The speed of a kind with a finished run is known; each other kind is trained for a few seconds.
+
+    Args:
+        name: `paper`, one of its topics, or the path of a study's TOML file.
+        scale: of the paper's studies: `quick` or `full`.
+        seeds: training seeds of each cell, if not the study's own number.
+        workers: runs at a time; as many as there are cores if None.
+        results_dir: where results are kept, if there are any.
+        console: where to show progress; quiet if None.
+
+    Raises:
+        UserError: there is no such study, or its file is broken.
+    """
+    selection = find_study(name, scale=scale, seeds=seeds)
+    count = LocalExecutor(workers).workers
+    path = Path(results_dir)
+    store = stores.open_store(path) if path.exists() else Store(path)
+    shown = console or Console(quiet=True)
+    with progress.counting(shown, "measuring how fast runs are", 1.0) as counter:
+        return estimate(
+            selection.train_jobs,
+            selection.pid_jobs,
+            store,
+            count,
+            lambda done: counter.describe("measuring", done),
+            baselines=selection.baselines,
+        )
+
+
+def executor_of(on: str, workers: int | None = None) -> Executor:
+    """The executor that `--on` names.
+
+    Args:
+        on: `local`, `ray` for a cluster that this machine belongs to, or `ray://host:port`.
+        workers: jobs at a time, if not as many as there are cores.
+
+    Raises:
+        UserError: there is no such place, or Ray is not installed.
+    """
+    if on == "local":
+        return LocalExecutor(workers)
+    if on == "ray" or on.startswith("ray://"):
+        try:
+            from touchdown.studies.ray_executor import RayExecutor  # noqa: PLC0415 - an extra
+        except ImportError:
+            raise UserError(
+                f"on = {on!r}: needs Ray; install it: pip install 'touchdown[ray]'"
+            ) from None
+        return RayExecutor(on, workers)
+    raise UserError(f"on = {on!r}: must be local, ray or ray://host:port")

@@ -1,0 +1,69 @@
+"""How far studies are, and which runs failed and why."""
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from touchdown.api.studies.find import find_started
+from touchdown.studies import runner
+from touchdown.studies import store as stores
+from touchdown.studies.job import Job
+from touchdown.studies.store import DEFAULT_RESULTS
+
+
+@dataclass(frozen=True, slots=True)
+class StudyProgress:
+    """How far one study is."""
+
+    name: str
+    runs: int
+    done: int
+    """Trained and tested: their numbers are there."""
+    failed: dict[str, str]
+    """Why, by the run's name."""
+    unrecorded: int = 0
+    """Of the done ones, those whose flights are not recorded, for a version without such records
+    ran them: `study run` records their flights and does not train again."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """As values for JSON."""
+        return dataclasses.asdict(self)
+
+
+def study_status(
+    name: str | None = None,
+    *,
+    scale: str | None = None,
+    seeds: int | None = None,
+    results_dir: Path | str = DEFAULT_RESULTS,
+) -> list[StudyProgress]:
+    """How far studies are.
+
+    Args:
+        name: of one; None takes all that were started in the folder.
+        scale: of the paper's; as it was last run if None.
+        seeds: as it was last run if None.
+        results_dir: where results are kept.
+
+    Raises:
+        UserError: there is no such folder or study.
+    """
+    store = stores.open_store(Path(results_dir))
+    found: list[StudyProgress] = []
+    failures = store.failed()
+    for selection in find_started(store, name, scale, seeds):
+        names = selection.job_names()
+        groups: list[tuple[str, Sequence[Job]]] = [
+            (study.name, runner.jobs_of([(study, n)])) for study, n in selection.studies
+        ]
+        groups += [("pid", selection.pid_jobs)] if selection.pid_jobs else []
+        groups += [("baselines", selection.baselines)] if selection.baselines else []
+        for label, jobs in groups:
+            missing = {job.digest for job in store.without_results(jobs)}
+            failed = {names[d]: failures[d] for d in sorted(missing) if d in failures}
+            unrecorded = len(store.unrecorded(jobs))
+            done = len(jobs) - len(missing)
+            found.append(StudyProgress(label, len(jobs), done, failed, unrecorded))
+    return found

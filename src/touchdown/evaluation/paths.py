@@ -1,0 +1,85 @@
+"""Paths: where the lander was at each step of an evaluation's first flights, kept compactly."""
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from safetensors.numpy import save
+
+from touchdown.core import files
+from touchdown.core.errors import UserError
+from touchdown.core.types import FloatArray, IntArray
+
+FORMAT_VERSION = 1
+NUM_PATHS = 30
+"""Test starts whose paths are kept: enough to compare two policies by."""
+
+FlightPath = NDArray[np.float32]
+"""x and y as the environment observes them, in half viewports, at each observation: [T + 1, 2]."""
+FlightPaths = Mapping[int, FlightPath]
+"""Paths by the start's environment seed."""
+
+
+class PathRecorder:
+    """An observer of a rollout that keeps the paths of its first episodes.
+
+    Args:
+        starts: the rollout's.
+        count: how many of them to keep, from the first.
+    """
+
+    def __init__(self, starts: Sequence[int], count: int = NUM_PATHS) -> None:
+        self._starts = starts[:count]
+        self._points: list[list[FloatArray]] = [[] for _ in self._starts]
+
+    def __call__(self, places: IntArray, observations: FloatArray) -> None:
+        """Keep the positions among these observations; see `Observer`."""
+        for place, observation in zip(places.tolist(), observations, strict=True):
+            if place < len(self._points):
+                self._points[place].append(observation[:2].copy())
+
+    @property
+    def paths(self) -> FlightPaths:
+        """The paths of the episodes that have ended."""
+        return {
+            start: np.array(points, np.float32)
+            for start, points in zip(self._starts, self._points, strict=True)
+        }
+
+
+def save_paths(path: Path, paths: FlightPaths) -> None:
+    """Write paths as one safetensors file.
+
+    Raises:
+        UserError: the file cannot be written.
+    """
+    tensors = {str(start): points for start, points in paths.items()}
+    metadata = {"format_version": str(FORMAT_VERSION), "starts": json.dumps(list(paths))}
+    with files.refusing(str(path)):
+        files.write_atomic(path, save(tensors, metadata))
+
+
+def load_paths(path: Path) -> FlightPaths:
+    """The paths of a file that `save_paths` wrote, in their order.
+
+    Raises:
+        UserError: the file is missing, cut off, of another version, or holds something else.
+    """
+    tensors, metadata = files.read_tensors(path)
+    version = metadata.get("format_version")
+    if version != str(FORMAT_VERSION):
+        raise UserError(
+            f"{path}: format_version = {version!r}: this touchdown reads {FORMAT_VERSION}"
+        )
+    try:
+        found = {int(start): tensors[str(start)] for start in json.loads(metadata["starts"])}
+    except (KeyError, TypeError, ValueError):
+        raise UserError(f"{path}: not the paths of flights") from None
+    for start, points in found.items():
+        if points.ndim != 2 or points.shape[1] != 2 or not len(points):
+            raise UserError(
+                f"{path}: the path from start {start} is {points.shape}, not [T + 1, 2]"
+            )
+    return found

@@ -1,0 +1,126 @@
+"""Builds the sections of a page: draws figures and films into its folder from records."""
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from touchdown.core import files
+from touchdown.envs import flight as flights
+from touchdown.render import film as films
+from touchdown.report import pictures, tables
+from touchdown.report.page import Film, Section
+from touchdown.runs.folder import RunFolder
+from touchdown.studies.claims import Decision
+from touchdown.studies.metrics import METRICS, is_share
+from touchdown.studies.results import StudyResults
+
+_FIGURES = "figures"
+# a page has a film in each section: a third of the bytes of a film by itself
+_FILM_FPS, _FILM_SCALE = 12, 0.6
+
+
+class Builder:
+    """Draws figures and films into a folder as sections ask for them.
+
+    Args:
+        out: the page's folder.
+        linked: whether the page lies beside the runs, and links to them.
+        on_step: called with the name of each section.
+    """
+
+    def __init__(
+        self, out: Path, *, linked: bool, on_step: Callable[[str], object] = lambda _: None
+    ) -> None:
+        self.figures = out / _FIGURES
+        self.beside = out if linked else None
+        self._on_step = on_step
+        with files.refusing(f"out {str(out)!r}"):
+            self.figures.mkdir(parents=True, exist_ok=True)
+
+    def section(
+        self,
+        name: str,
+        title: str,
+        lead: str,
+        results: StudyResults,
+        metric: str,
+        decisions: Sequence[Decision],
+        lines: Mapping[str, float],
+    ) -> Section:
+        """A section on training runs: figures, claims, levels, runs, and a flight of the best run.
+
+        Args:
+            name: the section's id, and the stem of its files.
+            title: the section's.
+            lead: its first sentences.
+            results: of a study with at least one finished run.
+            metric: what is shown and compared.
+            decisions: on claims.
+            lines: numbers to compare with, by name.
+        """
+        self._on_step(name)
+        stem = self.figures / name
+        shown = [pictures.save_picture(title, results, metric, lines, stem)]
+        by_words = all(level.position is None for level in results.study.factors[0].levels)
+        if by_words and len(results.study.factors) == 1:
+            of = "hovering" if is_share(metric) else "validations"
+            over = self.figures / f"{name}-over-training"
+            shown += pictures.save_all_curves(title, results, of, over)
+        return Section(
+            id=name,
+            title=title,
+            lead=lead + _gaps(results),
+            claims=tables.claim_rows(decisions),
+            pictures=tuple(shown),
+            films=self._film_of_best(results, name, metric),
+            tables=(
+                tables.level_table(results, metric),
+                tables.run_table(results, self.beside),
+            ),
+        )
+
+    def _film_of_best(self, results: StudyResults, name: str, metric: str) -> tuple[Film, ...]:
+        """The median flight of the run with the most of what the section is about."""
+        best = max(results.runs, key=lambda run: getattr(run, metric))
+        who = f"{' · '.join(best.labels)}, seed {best.seed}"
+        return self.film(best.folder, name, who, METRICS[metric])
+
+    def film(self, folder: RunFolder, name: str, who: str, most: str) -> tuple[Film, ...]:
+        """A film of a recorded flight from the test start of the median return.
+
+        Args:
+            folder: holds the recorded flights.
+            name: of the file.
+            who: names the policy.
+            most: what it has more of than the others of its section.
+
+        Returns:
+            The film; none where no flight is recorded.
+
+        Raises:
+            UserError: the recorded flights are broken, or the film cannot be written.
+        """
+        recorded = flights.load_flights(folder.flights) if folder.flights.is_file() else []
+        if not recorded:
+            return ()
+        flight = dataclasses.replace(recorded[0], policy=who)
+        path = self.figures / f"{name}.gif"
+        films.write_gif(flight, path, _FILM_FPS, _FILM_SCALE)
+        return (
+            Film(
+                path,
+                f"{who}: {flight.outcome} after {flight.steps} steps",
+                f"{who}, the one with the greatest {most}, from the test start of its median "
+                f"return, {flight.seed}: {flight.outcome}, return {flight.episode_return:.0f}.",
+            ),
+        )
+
+
+def _gaps(results: StudyResults) -> str:
+    gaps: list[str] = []
+    if results.missing:
+        gaps.append(f" {results.missing} of {results.planned} runs are not done yet.")
+    if results.failed:
+        reasons = "; ".join(sorted(set(results.failed.values())))
+        gaps.append(f" {len(results.failed)} runs failed: {reasons}.")
+    return "".join(gaps)

@@ -1,0 +1,122 @@
+"""The page of the paper's experiments: a section for each topic, a verdict on each claim."""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from touchdown.evaluation.evaluation import read_evaluations
+from touchdown.report import alike_section, pid_section
+from touchdown.report.builder import Builder
+from touchdown.report.output import Report, claim_table, run_tables, write_report
+from touchdown.report.page import Page, Section
+from touchdown.report.provenance import page_facts, provenance_of
+from touchdown.runs.folder import RunFolder
+from touchdown.studies import alike, paper
+from touchdown.studies.claims import Decision, decide
+from touchdown.studies.paper import Scale, Topic
+from touchdown.studies.results import PidResult, StudyResults, read_pid, read_study
+from touchdown.studies.store import Store
+from touchdown.studies.work import BaselineJob
+
+
+def write_paper_report(
+    scale: Scale,
+    seeds: int | None,
+    store: Store,
+    out: Path,
+    *,
+    names: Sequence[str] | None = None,
+    command: str,
+    note: str = "",
+    linked: bool,
+    on_step: Callable[[str], object] = lambda _: None,
+) -> Report:
+    """Write the page of the paper's topics from the records of their runs.
+
+    A topic without runs is left out, and so are films, distances and lines that need flights which
+    are not recorded.
+
+    Args:
+        scale: of the runs.
+        seeds: how many a study, if not its own number.
+        store: where the runs are.
+        out: folder for the page and its pictures.
+        names: topics to write; None takes all.
+        command: what makes the page's numbers, named on it.
+        note: a sentence for the reader of the page, after its first.
+        linked: whether the page links to the runs' folders.
+        on_step: called with the name of each topic.
+
+    Raises:
+        UserError: the runs' files are broken, or something cannot be written.
+    """
+    topics = paper.topics(scale)
+    wanted = [topics[name] for name in (names or topics)]
+    results = {
+        study.name: read_study(study, seeds or study.seeds, store)
+        for study in {t.study.name: t.study for t in wanted if t.study}.values()
+    }
+    builder = Builder(out, linked=linked, on_step=on_step)
+    tuned = read_pid(paper.pid_jobs(scale, seeds), store)
+    decisions: dict[str, list[Decision]] = {}
+    sections: list[Section] = []
+    for topic in wanted:
+        made = _section_of(builder, topic, results, tuned, store)
+        if made is not None:
+            decisions[topic.name], section = made
+            sections.append(section)
+    lead = (
+        "Every experiment of the paper with training seeds for its unit, and a verdict on "
+        "each of its claims by a test that was written down before the numbers came."
+    )
+    page = Page(
+        title="The paper, re-measured",
+        lead=f"{lead} {note}".strip(),
+        facts=page_facts(results, tuned, scale),
+        sections=tuple(sections),
+        provenance=provenance_of(command, results, scale),
+    )
+    tables = run_tables(results)
+    if any(decisions.values()):
+        tables["claims"] = claim_table(decisions)
+    return Report(write_report(page, tables, out), decisions, results)
+
+
+def _section_of(
+    builder: Builder,
+    topic: Topic,
+    results: Mapping[str, StudyResults],
+    tuned: Sequence[PidResult],
+    store: Store,
+) -> tuple[list[Decision], Section] | None:
+    """A topic's decisions and section; None where its records are missing."""
+    title = f"{topic.title} (section {topic.section})"
+    if topic.study is None:
+        if not tuned:
+            return None
+        decisions = decide(topic.claims, pid_section.values_of(tuned))
+        return decisions, pid_section.pid_section(builder, topic, title, tuned, decisions)
+    found = results[topic.study.name]
+    if not found.runs:
+        return None
+    if topic.name == "alike":
+        distances = alike.agent_distances(found, (paper.BEST,), store)
+        if distances is None:
+            return None
+        decisions = decide(topic.claims, distances.values)
+        return decisions, alike_section.alike_section(builder, topic, title, distances, decisions)
+    decisions = decide(topic.claims, found.values)
+    lines = _baseline_returns(store) if topic.with_baselines else {}
+    section = builder.section(
+        topic.name, title, topic.question, found, topic.metric, decisions, lines
+    )
+    return decisions, section
+
+
+def _baseline_returns(store: Store) -> dict[str, float]:
+    """Mean test returns of the baselines that were flown, by the words that name them."""
+    jobs = {"PID": BaselineJob("pid"), "random": BaselineJob("random")}
+    return {
+        words: read_evaluations(RunFolder(store.runs / job.digest).evaluation)[0].summary.mean
+        for words, job in jobs.items()
+        if job.has_results(store.runs)
+    }

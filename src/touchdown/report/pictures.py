@@ -1,0 +1,166 @@
+"""The pictures of a study: its levels beside each other, and over training."""
+
+import itertools
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from touchdown.figures import rungs, style
+from touchdown.figures import studies as figures
+from touchdown.figures.studies import Point, Row
+from touchdown.report.page import Picture
+from touchdown.studies.metrics import METRICS, is_share
+from touchdown.studies.plan import Cell, Level
+from touchdown.studies.results import StudyResults
+
+
+def save_picture(
+    title: str, results: StudyResults, metric: str, lines: Mapping[str, float], stem: Path
+) -> Picture:
+    """Draw a study's levels: a map of two factors, values along an axis, or a list of levels.
+
+    Args:
+        title: what the picture is about.
+        results: of a study.
+        metric: what is shown.
+        lines: numbers to compare with, by name; only lists of levels show them.
+        stem: path without its suffix.
+    """
+    study = results.study
+    shares = is_share(metric)
+    if len(study.factors) == 2:
+        _draw_map(results, metric, stem)
+    elif all(level.position is not None for level in study.factors[0].levels):
+        figure = style.new_figure(7.2, 3.6)
+        series = _series(results, metric)
+        ax = figures.draw_over_axis(
+            figure.subplots(),
+            series,
+            study.factors[0].name,
+            _position_of(study.factors[0].levels, study.base_cell().labels[0]),
+        )
+        groups = [point.values for points in series.values() for point in points]
+        figures.finish(ax, METRICS[metric], groups, "y", shares=shares)
+        _save(figure, stem)
+    else:
+        found = [
+            Row(cell.name, results.values(cell.labels, metric), cell == study.base_cell())
+            for cell in study.cells()
+            if results.of(cell.labels)
+        ]
+        save_rows(found, METRICS[metric], stem, lines, shares=shares)
+    seeds = sorted({len(results.of(cell.labels)) for cell in study.cells()} - {0})
+    count = " to ".join(map(str, seeds[:1] + seeds[1:][-1:]))
+    return Picture(
+        stem.with_suffix(".svg"),
+        stem.with_suffix(".png"),
+        f"{title}: {METRICS[metric]} of each level",
+        f"{METRICS[metric].capitalize()}; mean with its 95% interval over n = {count} training "
+        "seeds, the seeds behind it.",
+    )
+
+
+def save_rows(
+    rows: Sequence[Row],
+    what: str,
+    stem: Path,
+    lines: Mapping[str, float] | None = None,
+    *,
+    shares: bool = False,
+    from_zero: bool = False,
+) -> None:
+    """Draw a list of levels; those without numbers are left out.
+
+    Args:
+        rows: the levels.
+        what: the numbers are.
+        stem: path without its suffix.
+        lines: numbers to compare with, by name.
+        shares: whether they are shares, from 0 to 1.
+        from_zero: whether their axis begins at 0.
+    """
+    figure = style.new_figure(7.2, 0.9 + 0.5 * len(rows))
+    known = [row for row in rows if len(row.values)]
+    ax = figures.draw_rows(figure.subplots(), known, lines, shares=shares)
+    others = tuple((lines or {}).values())
+    groups = [row.values for row in known]
+    figures.finish(ax, what, groups, "x", others=others, shares=shares)
+    if from_zero:
+        ax.set_xlim(left=0)
+    _save(figure, stem)
+
+
+def _save(figure: Figure, stem: Path) -> None:
+    style.save(figure, stem.with_suffix(".png"), stem.with_suffix(".svg"))
+
+
+def save_all_curves(title: str, results: StudyResults, of: str, stem: Path) -> list[Picture]:
+    """Draw a study's levels over training: in one picture, or each beside the base if too many.
+
+    Args:
+        title: what the pictures are about.
+        results: of a study.
+        of: `validations` or `hovering`.
+        stem: path of the one picture without its suffix; of many, a part of their names.
+    """
+    cells = [cell for cell in results.study.cells() if results.of(cell.labels)]
+    if len(cells) <= rungs.MAX_CURVES:
+        return [_save_curves(title, results, cells, of, stem)]
+    base = results.study.base_cell()
+    found: list[Picture] = []
+    for cell in cells:
+        shown = [base] * (cell != base and base in cells) + [cell]
+        own = stem.with_name(f"{stem.name}-{re.sub(r'[^A-Za-z0-9_-]+', '-', cell.name)}")
+        found.append(_save_curves(f"{title}, {cell.name}", results, shown, of, own))
+    return found
+
+
+def _save_curves(
+    title: str, results: StudyResults, cells: Sequence[Cell], of: str, stem: Path
+) -> Picture:
+    by_level = {cell.name: [getattr(run, of) for run in results.of(cell.labels)] for cell in cells}
+    figure = style.new_figure(7.2, 3.8)
+    ax = figure.subplots()
+    if of == "hovering":
+        rungs.draw_shares(ax, by_level, "episodes of 1000 steps in training")
+        caption = "Share of the training episodes that ran all their 1000 steps"
+    else:
+        rungs.draw_rungs(ax, by_level)
+        caption = "Validation return, greedy, over training"
+    _save(figure, stem)
+    return Picture(
+        stem.with_suffix(".svg"),
+        stem.with_suffix(".png"),
+        f"{title}: {caption.lower()}, a line a level",
+        f"{caption}; mean over training seeds, shaded by its 95% interval.",
+    )
+
+
+def _series(results: StudyResults, metric: str) -> dict[str, list[Point]]:
+    lines: dict[str, list[Point]] = {}
+    for level in results.study.factors[0].levels:
+        values = results.values((level.label,), metric)
+        if len(values) and level.position is not None:
+            lines.setdefault(level.series, []).append(Point(level.position, values))
+    return lines
+
+
+def _position_of(levels: Sequence[Level], label: str) -> float | None:
+    return next(level.position for level in levels if level.label == label)
+
+
+def _draw_map(results: StudyResults, metric: str, stem: Path) -> None:
+    up, across = results.study.factors
+    places = itertools.product(range(len(up.levels)), range(len(across.levels)))
+    groups = [results.values(cell.labels, metric) for cell in results.study.cells()]
+    cells = {place: group for place, group in zip(places, groups, strict=True) if len(group)}
+    figure = style.new_figure(5.4, 3.8)
+    figures.draw_map(
+        figure.subplots(),
+        (across.name, results.study.labels(1)),
+        (up.name, results.study.labels(0)),
+        cells,
+    )
+    _save(figure, stem)

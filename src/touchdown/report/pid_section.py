@@ -1,0 +1,99 @@
+"""The section on the PID's tuners: what the gains that each finds reach on test starts."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from touchdown.core.types import FloatArray
+from touchdown.figures.studies import Row
+from touchdown.report import pictures, tables
+from touchdown.report.builder import Builder
+from touchdown.report.page import Picture, Section, Table
+from touchdown.runs.folder import RunFolder
+from touchdown.stats.seeds import summarise_seeds
+from touchdown.studies.claims import Decision, Values
+from touchdown.studies.paper import Topic
+from touchdown.studies.results import PidResult
+from touchdown.studies.tuners import TUNERS, Tuning
+
+
+def values_of(tuned: Sequence[PidResult]) -> Values:
+    """Mean test returns of a tuner's gains, one per tuning seed, for claims."""
+
+    def values(labels: tuple[str, ...], metric: str) -> FloatArray:
+        del metric
+        return np.array(
+            [each.test.summary.mean for each in tuned if each.job.tuning.tuner == labels[0]]
+        )
+
+    return values
+
+
+def pid_section(
+    builder: Builder,
+    topic: Topic,
+    title: str,
+    tuned: Sequence[PidResult],
+    decisions: Sequence[Decision],
+) -> Section:
+    """The section on the PID's tuners.
+
+    Args:
+        builder: of the page.
+        topic: the paper's.
+        title: of the section.
+        tuned: tunings that are tested, at least one.
+        decisions: on the topic's claims.
+    """
+    values = values_of(tuned)
+    stem = builder.figures / topic.name
+    rows = [Row(name, values((name,), ""), name == "twiddle") for name in TUNERS]
+    pictures.save_rows(rows, "test return of the gains", stem)
+    best = max(tuned, key=lambda each: each.trained_return)
+    tuning = best.job.tuning
+    return Section(
+        id=topic.name,
+        title=title,
+        lead=f"{topic.question} All tuners start from the same gains and may try as many.",
+        claims=tables.claim_rows(decisions),
+        pictures=(
+            Picture(
+                stem.with_suffix(".svg"),
+                stem.with_suffix(".png"),
+                "Test return of the gains of each tuner",
+                "Mean test return of the gains found, over tuning seeds, each with training "
+                "starts of its own; mean with its 95% interval.",
+            ),
+        ),
+        films=builder.film(
+            RunFolder(best.path),
+            topic.name,
+            f"{tuning.tuner}, seed {tuning.seed}",
+            "return on its training starts",
+        ),
+        tables=(_tuner_table(tuned, tuning),),
+    )
+
+
+def _tuner_table(tuned: Sequence[PidResult], tuning: Tuning) -> Table:
+    rows: list[tuple[str, ...]] = []
+    for name in TUNERS:
+        of = [each for each in tuned if each.job.tuning.tuner == name]
+        if not of:
+            continue
+        test = summarise_seeds([each.test.summary.mean for each in of])
+        rows.append(
+            (
+                name,
+                str(test.n),
+                tables.interval_text(test.mean),
+                f"{np.mean([each.trained_return for each in of]):.0f}",
+                f"{np.mean([each.test.summary.share_solved or 0.0 for each in of]):.0%}",
+            )
+        )
+    return Table(
+        f"Up to {tuning.trials} gains tried on {tuning.starts} training starts each; "
+        "the best of them on the test starts.",
+        ("tuner", "seeds", "test return, mean [95%]", "on its training starts", "share ≥ 200"),
+        tuple(rows),
+    )

@@ -1,0 +1,83 @@
+"""What a page says about where its numbers come from."""
+
+import platform
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from importlib.metadata import version
+
+from touchdown.core import threads
+from touchdown.lander import engine as engines
+from touchdown.runs.provenance import cpu_name
+from touchdown.studies.results import PidResult, StudyResults
+
+_PACKAGES = ("touchdown", "gymnasium", "jax", "numpy", "scipy", "statsmodels")
+
+
+def page_facts(
+    results: Mapping[str, StudyResults], tuned: Sequence[PidResult], scale: str
+) -> tuple[tuple[str, str], ...]:
+    """How much was run.
+
+    Args:
+        results: by study.
+        tuned: tunings of the PID.
+        scale: of the paper's studies; "" for a user's.
+    """
+    runs = {run.path: run for each in results.values() for run in each.runs}
+    hours = sum(run.seconds for run in runs.values()) / 3600
+    facts = [
+        ("studies", str(len(results) + bool(tuned))),
+        ("training runs", str(len(runs))),
+        ("observations", f"{sum(run.observations for run in runs.values()) / 1e6:.1f} million"),
+        ("hours of training", f"{hours:.1f}"),
+    ]
+    if scale:
+        facts.append(("scale", scale))
+    return tuple(facts)
+
+
+def provenance_of(
+    command: str, results: Mapping[str, StudyResults], scale: str
+) -> tuple[tuple[str, str], ...]:
+    """The command, the machine, the test, and the settings.
+
+    Args:
+        command: runs the studies and writes the page.
+        results: by study.
+        scale: of the paper's studies; "" for a user's.
+    """
+    bases = {name: each.study.base_cell().config.digest for name, each in results.items()}
+    facts = [
+        ("made by", command),
+        *machine_facts(),
+        ("test", _test_text(results)),
+        ("base settings", ", ".join(f"{name} {digest}" for name, digest in bases.items())),
+    ]
+    if scale:
+        facts.append(("scale", scale))
+    return tuple(facts)
+
+
+def machine_facts() -> tuple[tuple[str, str], ...]:
+    """When, where and with which versions a page is written."""
+    return (
+        ("written", datetime.now(UTC).strftime("%Y-%m-%d")),
+        (
+            "machine",
+            f"{cpu_name()}, {threads.available()} cores, Python {platform.python_version()}",
+        ),
+        ("versions", ", ".join(f"{name} {version(name)}" for name in _PACKAGES)),
+        ("lander", f"trained on {engines.engine_in_use()}, tested on stock Gymnasium"),
+    )
+
+
+def _test_text(results: Mapping[str, StudyResults]) -> str:
+    counts = {
+        cell.config.training.test_episodes
+        for each in results.values()
+        for cell in each.study.cells()
+    }
+    if counts == {0}:
+        return "none: runs are compared on validation starts"
+    starts = " or ".join(map(str, sorted(counts)))
+    return f"{starts} starts a run, greedy, that no checkpoint was chosen by"

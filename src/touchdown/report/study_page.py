@@ -1,0 +1,57 @@
+"""The page of a user's study: its figure, its levels compared, its runs."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from touchdown.report.builder import Builder
+from touchdown.report.output import Report, run_tables, write_report
+from touchdown.report.page import Page
+from touchdown.report.provenance import page_facts, provenance_of
+from touchdown.studies.plan import Study
+from touchdown.studies.results import read_study
+from touchdown.studies.store import Store
+
+
+def write_study_report(
+    study: Study,
+    seeds: int,
+    store: Store,
+    out: Path,
+    *,
+    command: str,
+    note: str = "",
+    linked: bool,
+    on_step: Callable[[str], object] = lambda _: None,
+) -> Report:
+    """Write the page of a study from the records of its runs.
+
+    Args:
+        study: what was varied.
+        seeds: how many of each cell.
+        store: where the runs are.
+        out: folder for the page and its pictures.
+        command: what makes the page's numbers, named on it.
+        note: a sentence for the reader of the page, after the study's question.
+        linked: whether the page links to the runs' folders.
+        on_step: called when the section is begun.
+
+    Raises:
+        UserError: the runs' files are broken, or something cannot be written.
+    """
+    results = read_study(study, seeds, store)
+    builder = Builder(out, linked=linked, on_step=on_step)
+    title = study.title or study.name
+    sections = ()
+    if results.runs:
+        sections = (
+            builder.section(study.name, title, study.question, results, study.metric, (), {}),
+        )
+    known = {study.name: results}
+    page = Page(
+        title=title,
+        lead=f"{study.question} {note}".strip(),
+        facts=page_facts(known, (), ""),
+        sections=sections,
+        provenance=provenance_of(command, known, ""),
+    )
+    return Report(write_report(page, run_tables(known), out), {}, known)

@@ -1,0 +1,6 @@
+"""The paper's studies and claims, at two scales."""
+
+from touchdown.studies.paper.experiments import Topic, baseline_jobs, pid_jobs, studies, topics
+from touchdown.studies.paper.levels import BEST, SCALES, Scale
+
+__all__ = ["BEST", "SCALES", "Scale", "Topic", "baseline_jobs", "pid_jobs", "studies", "topics"]

@@ -1,0 +1,295 @@
+"""The paper's experiments: for each a question, the study that answers it, and the claims."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from touchdown.studies.claims import Claim
+from touchdown.studies.paper import claims
+from touchdown.studies.paper.levels import (
+    BEST,
+    DEPTHS,
+    EPSILON_DECAYS,
+    GAMMAS,
+    LADDER_SEEDS,
+    MAP,
+    NODES,
+    PID_TRIALS,
+    RESAVES,
+    RUNGS,
+    SEEDS,
+    SHARED,
+    TARGET_PERIODS,
+    Scale,
+    shape_of,
+    split_evenly,
+)
+from touchdown.studies.plan import Factor, Level, Study, levels_of, nested
+from touchdown.studies.tuners import TUNERS, Tuning
+from touchdown.studies.work import BaselineJob, PidJob
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """One of the paper's experiments; the report has a section for each."""
+
+    name: str
+    title: str
+    section: str
+    question: str
+    study: Study | None
+    """The study whose runs it looks at; None for the PID's tunings, which are no training runs."""
+    claims: tuple[Claim, ...] = ()
+    metric: str = "best_return"
+    """What its figure shows."""
+    with_baselines: bool = False
+    """Whether it compares with the PID's flights and random ones."""
+
+
+def topics(scale: Scale) -> dict[str, Topic]:
+    """All of the paper's, by name, in the order of its sections."""
+    ladder = _study(
+        "ladder",
+        scale,
+        "What each part brings",
+        "4-9",
+        (Factor("variant", tuple(Level(label, changes) for label, changes in RUNGS)),),
+    )
+    found = [
+        Topic(
+            ladder.name,
+            ladder.title,
+            ladder.section,
+            "Does each part that the paper adds land better than the one before?",
+            ladder,
+            claims.ladder_claims(),
+            with_baselines=True,
+        ),
+        Topic(
+            "hover",
+            "Hovering until the time is up",
+            "5, 6",
+            "How often does a training episode run all its 1000 steps, and who unlearns it?",
+            ladder,
+            claims.hover_claims(),
+            "hover_share",
+        ),
+        _topic(
+            _size(scale),
+            "Do more nodes in a layer help?",
+            claims.size_claims(scale),
+        ),
+        _topic(
+            _depth(scale),
+            "Does depth help, with 100 nodes in all and with 100 in each layer?",
+            claims.depth_claims(),
+        ),
+        _topic(
+            _one_field(
+                "target-period",
+                scale,
+                "Target period",
+                "8.2",
+                "target period, observations",
+                "learning.target_period",
+                TARGET_PERIODS[scale],
+                800,
+            ),
+            "Is there a best period between copies to the target network, near 800 observations?",
+            claims.target_period_claims(scale),
+        ),
+        _topic(
+            _one_field(
+                "resaves",
+                scale,
+                "Preferential memory",
+                "8.3",
+                "re-saves τ",
+                "replay.resaves",
+                RESAVES[scale],
+                10,
+            ),
+            "Does storing rewarded transitions again speed learning up, and is it level late?",
+            claims.resaves_claims(scale),
+        ),
+        _topic(
+            _one_field(
+                "discount",
+                scale,
+                "Discount",
+                "8.4",
+                "discount γ",
+                "learning.gamma",
+                GAMMAS[scale],
+                0.99,
+            ),
+            "Is there a sweet spot for the discount?",
+            claims.discount_claims(),
+        ),
+        _topic(
+            _one_field(
+                "epsilon-decay",
+                scale,
+                "Decay of ε",
+                "8.4",
+                "decay of ε an episode",
+                "exploration.epsilon_decay",
+                EPSILON_DECAYS[scale],
+                0.975,
+            ),
+            "Is there a sweet spot for how fast exploration ends?",
+            claims.epsilon_decay_claims(),
+        ),
+        _topic(_map(scale), "Do the two sweet spots hang on each other?", ()),
+        Topic(
+            "alike",
+            "Flights like the PID's",
+            "9, C",
+            "How far are the best agent's flights from the PID's from the same starts?",
+            ladder,
+            claims.alike_claims(),
+            with_baselines=True,
+        ),
+        Topic(
+            "pid",
+            "The PID and its tuners",
+            "C",
+            "What do gains by hand reach, Twiddle's, and those of modern tuners?",
+            None,
+            claims.pid_claims(),
+        ),
+    ]
+    return {topic.name: topic for topic in found}
+
+
+def studies(scale: Scale) -> dict[str, Study]:
+    """The paper's studies of training runs, by name, each once."""
+    of = [topic.study for topic in topics(scale).values() if topic.study is not None]
+    return {study.name: study for study in of}
+
+
+def pid_jobs(scale: Scale, seeds: int | None = None) -> list[PidJob]:
+    """The tunings of the PID."""
+    count = LADDER_SEEDS[scale] if seeds is None else seeds
+    return [
+        PidJob(Tuning(tuner=tuner, seed=seed, trials=PID_TRIALS[scale]))
+        for seed in range(count)
+        for tuner in TUNERS
+    ]
+
+
+def baseline_jobs() -> list[BaselineJob]:
+    """The flights that topics with `with_baselines` compare with."""
+    return [BaselineJob("pid"), BaselineJob("random")]
+
+
+def _topic(study: Study, question: str, claimed: tuple[Claim, ...]) -> Topic:
+    return Topic(study.name, study.title, study.section, question, study, claimed)
+
+
+def _study(
+    name: str,
+    scale: Scale,
+    title: str,
+    section: str,
+    factors: tuple[Factor, ...],
+    base_level: str = "",
+) -> Study:
+    return Study(
+        name=name,
+        factors=factors,
+        seeds=LADDER_SEEDS[scale] if name == "ladder" else SEEDS[scale],
+        base=BEST,
+        changes=SHARED[scale],
+        base_level=base_level,
+        title=title,
+        section=section,
+    )
+
+
+def _one_field(
+    name: str,
+    scale: Scale,
+    title: str,
+    section: str,
+    axis: str,
+    field: str,
+    values: Sequence[float],
+    base: float,
+) -> Study:
+    factor = Factor(axis, levels_of(field, values))
+    return _study(name, scale, title, section, (factor,), f"{base:g}")
+
+
+def _size(scale: Scale) -> Study:
+    return _layered(
+        "size",
+        scale,
+        "Size",
+        "nodes in each hidden layer",
+        [
+            (
+                f"{layers} × {nodes}",
+                f"{layers} hidden layer{'s' * (layers > 1)}",
+                nodes,
+                (nodes,) * layers,
+            )
+            for layers in (1, 3)
+            for nodes in NODES[scale]
+        ],
+        "3 × 100",
+    )
+
+
+def _depth(scale: Scale) -> Study:
+    return _layered(
+        "depth",
+        scale,
+        "Depth",
+        "hidden layers",
+        [
+            *(
+                (shape_of(sizes), "100 nodes in all", depth, sizes)
+                for depth in DEPTHS
+                for sizes in [split_evenly(100, depth)]
+            ),
+            # one layer of 100 nodes is in the first line already
+            *(
+                (shape_of((100,) * depth), "100 nodes in each", depth, (100,) * depth)
+                for depth in DEPTHS[1:]
+            ),
+        ],
+        "100-100-100",
+    )
+
+
+def _layered(
+    name: str,
+    scale: Scale,
+    title: str,
+    axis: str,
+    levels: Sequence[tuple[str, str, int, tuple[int, ...]]],
+    base: str,
+) -> Study:
+    factor = Factor(
+        axis,
+        tuple(
+            Level(label, nested("network.hidden_sizes", sizes), float(position), series)
+            for label, series, position, sizes in levels
+        ),
+    )
+    return _study(name, scale, title, "8.1", (factor,), base)
+
+
+def _map(scale: Scale) -> Study:
+    gammas, decays = MAP[scale]
+    return _study(
+        "discount-epsilon-decay",
+        scale,
+        "Discount and decay of ε together",
+        "8.4",
+        (
+            Factor("discount γ", levels_of("learning.gamma", gammas)),
+            Factor("decay of ε an episode", levels_of("exploration.epsilon_decay", decays)),
+        ),
+        "0.99 · 0.975",
+    )

@@ -1,0 +1,55 @@
+import csv
+import re
+
+from finished_runs import write_run
+from touchdown.config import toml
+from touchdown.report.study_page import write_study_report
+from touchdown.studies.plan import Factor, Study, levels_of
+from touchdown.studies.store import open_store
+
+PRESETS = ("pilot", "dqn", "target-dqn", "vector-dqn", "double-dqn", "qr-dqn", "pqn")
+
+
+def page_of(study, folder, **written):
+    store = open_store(folder / "results", make=True)
+    for planned in study.runs():
+        path = store.runs / planned.digest
+        write_run(path, **written)
+        (path / "config.toml").write_text(toml.to_toml(planned.config))
+    report = write_study_report(
+        study, study.seeds, store, folder / "out", command="x", note="Mind the gap.", linked=False
+    )
+    return report.page
+
+
+def test_levels_that_are_too_many_for_one_picture_are_each_drawn_beside_the_base(tmp_path):
+    study = Study(name="many", factors=(Factor("preset", levels_of("preset", PRESETS)),), seeds=2)
+    page = page_of(study, tmp_path)
+    drawn = {path.stem for path in page.parent.glob("figures/*.png")}
+    assert drawn == {"many", *(f"many-over-training-{preset}" for preset in PRESETS)}
+    legends = [
+        re.findall(r"[a-z-]+, 2 seeds", path.with_suffix(".svg").read_text())
+        for path in sorted(page.parent.glob("figures/many-over-training-*.png"))
+    ]
+    beside = [["pilot", each] if each != "pilot" else [each] for each in sorted(PRESETS)]
+    assert legends == [[f"{name}, 2 seeds" for name in names] for names in beside]
+    assert "Mind the gap." in page.read_text()
+
+
+def test_a_study_without_a_test_is_reported_on_validation_starts(tmp_path):
+    study = Study(
+        name="search",
+        factors=(Factor("learning.gamma", levels_of("learning.gamma", [0.9, 0.99])),),
+        seeds=2,
+        changes={"training": {"test_episodes": 0}},
+        metric="validation_return",
+    )
+    page = page_of(study, tmp_path, returns=None, recorded=False)
+    text = page.read_text()
+    assert "Validation return of the chosen checkpoint" in text
+    assert "none: runs are compared on validation starts" in text
+    assert not re.search(r"\bnan\b", text)
+    with (page.parent / "tables" / "search.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["validation_return"] for row in rows] == ["250.0000"] * 4
+    assert {row["best_return"] for row in rows} == {""}

@@ -1,0 +1,126 @@
+from contextlib import closing
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from touchdown.agents.dqn import make_network
+from touchdown.config.presets import preset
+from touchdown.config.sections import NetworkConfig
+from touchdown.core.errors import Interrupted
+from touchdown.core.types import Spaces
+from touchdown.envs.flight import load_flights, record_flight
+from touchdown.evaluation.evaluation import median_start
+from touchdown.evaluation.evaluator import Evaluator
+from touchdown.evaluation.paths import load_paths
+from touchdown.policies import weights as policy_weights
+from touchdown.policies.lookup import load
+from touchdown.runs import folder as folders
+from touchdown.runs.run import Run
+from touchdown.training import finish
+
+BASE = preset("pilot")
+CONFIG = replace(
+    BASE,
+    network=NetworkConfig(hidden_sizes=(4,)),
+    training=replace(BASE.training, test_episodes=3),
+)
+
+
+@pytest.fixture
+def run(tmp_path):
+    """A run of the lander, trained to its end: its weights are random."""
+    folder = folders.create(tmp_path, CONFIG, "made-up")
+    network = make_network(CONFIG.network, Spaces(observation_size=8, num_actions=4))
+    params = np.random.default_rng(0).normal(size=network.num_params)
+    policy_weights.save_weights(folder.best, network, params, {"observations": 1}, CONFIG)
+    return Run(folder)
+
+
+@pytest.fixture
+def rollouts(monkeypatch):
+    """How many starts each rollout flies."""
+    flown = []
+    original = Evaluator.rollout
+
+    def counted(self, policy, starts, *rest, **named):
+        flown.append(len(starts))
+        return original(self, policy, starts, *rest, **named)
+
+    monkeypatch.setattr(Evaluator, "rollout", counted)
+    return flown
+
+
+def test_the_test_starts_are_flown_once_and_the_paths_are_recorded_on_the_way(run, rollouts):
+    phases = []
+    tested = finish.fly_test(run, keep_paths=True, on_phase=lambda *phase: phases.append(phase))
+    assert rollouts == [3]
+    assert phases == [("flying 3 test starts with 1 policies", 3)]
+    policy = run.policy
+    paths = load_paths(run.folder.paths)
+    assert list(paths) == [episode.seed for episode in tested[0].episodes]
+    for start, path in paths.items():
+        flight = record_flight(policy.policy, policy.env_id, start, "x")
+        assert_array_equal(path, flight.observations[:, :2])
+    assert finish.fly_test(run, keep_paths=True) == tested
+    assert rollouts == [3]
+
+
+def test_baselines_and_the_last_weights_are_flown_beside_the_chosen_checkpoint(run, rollouts):
+    last = load("random")
+    tested = finish.fly_test(run, baselines=("pid", "random"), last=last)
+    assert rollouts == [3] * 4
+    assert [evaluation.name for evaluation in tested] == ["made-up", "pid", "random"]
+    assert (run.path / finish.LAST).is_file()
+    assert not run.folder.paths.exists()
+
+
+def test_paths_that_an_earlier_version_did_not_keep_are_added(run, rollouts):
+    finish.fly_test(run)
+    before = run.folder.evaluation.read_bytes()
+    finish.fly_test(run, keep_paths=True)
+    assert rollouts == [3, 3]
+    assert len(load_paths(run.folder.paths)) == 3
+    assert run.folder.evaluation.read_bytes() == before
+
+
+def test_a_test_that_is_stopped_leaves_nothing_half_written(run):
+    def stop():
+        raise Interrupted
+
+    with pytest.raises(Interrupted):
+        finish.fly_test(run, keep_paths=True, on_episode=stop)
+    assert not run.folder.paths.exists()
+    assert not run.folder.evaluation.exists()
+
+
+def test_the_flight_of_the_median_return_is_recorded_first(run):
+    (tested,) = finish.fly_test(run)
+    recorded = finish.record_flights(run, tested, num_beside=2)
+    first, *beside = load_flights(run.folder.flights)
+    assert first.seed == recorded.median.seed == median_start(tested)
+    assert first.episode_return == sorted(e.episode_return for e in tested.episodes)[1]
+    assert [flight.policy for flight in beside] == ["made-up"] * 2 + ["pid"] * 2
+
+
+def test_without_a_test_nothing_is_flown(tmp_path):
+    untested = replace(CONFIG, training=replace(CONFIG.training, test_episodes=0))
+    assert finish.fly_test(Run(folders.create(tmp_path, untested, "untested"))) == []
+
+
+def test_an_evaluators_observer_sees_every_observation_of_every_episode():
+    pid = load("pid")
+    seen = {}
+
+    def observe(places, observations):
+        for place, observation in zip(places, observations, strict=True):
+            seen.setdefault(int(place), []).append(observation.copy())
+
+    starts = [5, 6, 7]
+    with closing(Evaluator(pid.env_id, 2)) as evaluator:
+        results = evaluator.rollout(pid.policy, starts, observer=observe)
+    for place, result in enumerate(results):
+        assert len(seen[place]) == result.steps + 1
+        flight = record_flight(pid.policy, pid.env_id, starts[place], "x")
+        assert_array_equal(seen[place], flight.observations)
