@@ -33,17 +33,17 @@ def test_what_is_no_count_of_threads_is_passed_over(told, text: str):
     assert threads.threads() == threads.available()
 
 
-@pytest.mark.parametrize(("processes", "count"), [(1, 6), (2, 3), (4, 1), (50, 1)])
-def test_processes_share_the_cores_and_each_has_one(told, processes: int, count: int):
-    told.setattr(threads, "available", lambda: 6)
-    threads.share(processes)
-    assert threads.threads() == count
+def test_processes_that_are_started_use_one_thread_each(told):
+    del told
+    with threads.one_thread_each():
+        assert threads.threads() == 1
+    assert threads.threads() == threads.available()
 
 
-def test_who_has_said_how_many_threads_there_are_is_not_overruled(told):
+def test_a_number_of_threads_that_is_already_set_is_kept(told):
     told.setenv("OMP_NUM_THREADS", "5")
-    threads.share(2)
-    assert threads.threads() == 5
+    with threads.one_thread_each():
+        assert threads.threads() == 5
 
 
 def test_landers_are_shared_by_threads_only_where_there_are_enough_of_them(told):

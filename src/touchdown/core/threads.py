@@ -18,14 +18,6 @@ def threads() -> int:
     return int(told) if told.isdecimal() and int(told) > 0 else available()
 
 
-def share(processes: int) -> None:
-    """Give each of so many processes that are still to be started its part of the cores.
-
-    They are told by OMP_NUM_THREADS; whoever has set it already is asked no more.
-    """
-    os.environ.setdefault("OMP_NUM_THREADS", str(max(1, available() // processes)))
-
-
 @contextmanager
 def one_thread_each() -> Generator[None]:
     """Within the block, processes that are started use one thread, unless told otherwise before."""
