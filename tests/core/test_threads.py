@@ -33,17 +33,17 @@ def test_a_value_that_is_not_a_count_of_threads_is_ignored(environ, text: str):
     assert threads.threads() == threads.available()
 
 
-@pytest.mark.parametrize(("processes", "count"), [(1, 6), (2, 3), (4, 1), (50, 1)])
-def test_processes_share_the_cores_and_each_has_at_least_one(environ, processes: int, count: int):
-    environ.setattr(threads, "available", lambda: 6)
-    threads.share(processes)
-    assert threads.threads() == count
+def test_processes_that_are_started_use_one_thread_each(environ):
+    del environ
+    with threads.one_thread_each():
+        assert threads.threads() == 1
+    assert threads.threads() == threads.available()
 
 
-def test_a_number_of_threads_set_by_the_user_is_not_overruled(environ):
+def test_a_number_of_threads_that_is_already_set_is_kept(environ):
     environ.setenv("OMP_NUM_THREADS", "5")
-    threads.share(2)
-    assert threads.threads() == 5
+    with threads.one_thread_each():
+        assert threads.threads() == 5
 
 
 def test_landers_are_split_between_threads_only_if_there_are_enough_of_them(environ):

@@ -1,12 +1,7 @@
-from pathlib import Path
-
 import numpy as np
-import pytest
 from matplotlib.figure import Figure
 from numpy.testing import assert_allclose
-from PIL import Image
 
-from touchdown.core.errors import UserError
 from touchdown.figures import rungs
 
 # two seeds, validated at different steps; their returns differ by 2 everywhere
@@ -43,13 +38,3 @@ def test_each_variant_has_a_line_and_a_name_with_its_seeds():
     assert set(np.asarray(solved.get_ydata())) == {77.0}
     assert ax.get_xlim()[0] == 0
     assert len({line.get_color() for line in (policy, mine)}) == 2
-
-
-def test_rungs_are_written_as_a_picture(tmp_path: Path):
-    path = tmp_path / "rungs.png"
-    rungs.save_rungs(path, {"pilot": [LOW, HIGH]})
-    with Image.open(path) as picture:
-        assert picture.format == "PNG"
-        assert picture.width > picture.height > 300
-    with pytest.raises(UserError, match="cannot be written"):
-        rungs.save_rungs(tmp_path / "none" / "rungs.png", {"pilot": [LOW]})

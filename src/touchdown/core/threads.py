@@ -18,14 +18,6 @@ def threads() -> int:
     return int(wanted) if wanted.isdecimal() and int(wanted) > 0 else available()
 
 
-def share(processes: int) -> None:
-    """Split the cores evenly between processes that are yet to be started.
-
-    Sets OMP_NUM_THREADS for them, unless the user has set it already.
-    """
-    os.environ.setdefault("OMP_NUM_THREADS", str(max(1, available() // processes)))
-
-
 @contextmanager
 def one_thread_each() -> Generator[None]:
     """Processes started within the block use one thread, unless OMP_NUM_THREADS is set already."""

@@ -1,7 +1,6 @@
 """Learning curves of variants over training seeds, with the interval of their mean."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -85,14 +84,3 @@ def _over_env_steps(ax: Axes) -> Axes:
     ax.set_xlim(left=0)
     style.legend_above(ax)
     return style.tidy(ax)
-
-
-def save_rungs(path: Path, curves: Mapping[str, Sequence[Curve]]) -> None:
-    """Draw the curves and write them as PNG.
-
-    Raises:
-        UserError: the file cannot be written.
-    """
-    figure = style.new_figure(7.2, 3.6)
-    draw_rungs(figure.subplots(), curves)
-    style.save(figure, path)

@@ -65,8 +65,8 @@ def write_paper_report(
             decisions[topic.name], section = made
             sections.append(section)
     lead = (
-        "Every experiment of the paper with training seeds for its unit, and a verdict on "
-        "each of its claims by a test that was written down before the numbers came."
+        "Every experiment of the paper, with the training seed as the unit, and a verdict on "
+        "each of its claims by a test that was written down before the runs."
     )
     page = Page(
         title="The paper, re-measured",

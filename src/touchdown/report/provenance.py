@@ -80,4 +80,4 @@ def _test_text(results: Mapping[str, StudyResults]) -> str:
     if counts == {0}:
         return "none: runs are compared on validation starts"
     starts = " or ".join(map(str, sorted(counts)))
-    return f"{starts} starts a run, greedy, that no checkpoint was chosen by"
+    return f"{starts} starts for each run, flown greedily, by which no checkpoint was chosen"

@@ -151,12 +151,12 @@ class StartedStudy:
     """The TOML file of a user's study."""
 
 
-def note_started(store: Store, begun: StartedStudy) -> None:
+def note_started(store: Store, study: StartedStudy) -> None:
     """Remember how a study was started."""
     folder = store.path / "begun"
     folder.mkdir(exist_ok=True)
-    content = _BegunFile(begun.scale, begun.seeds, begun.file)
-    files.write_atomic(folder / f"{begun.name}.json", files.to_json(content))
+    content = _BegunFile(study.scale, study.seeds, study.file)
+    files.write_atomic(folder / f"{study.name}.json", files.to_json(content))
 
 
 def list_started(store: Store) -> list[StartedStudy]:

@@ -105,6 +105,8 @@ def find_study(name: str, *, scale: str = "quick", seeds: int | None = None) -> 
     study = plan.from_toml(Path(name))
     if study.name in (PAPER, *topics):
         raise UserError(f"{name}: name = {study.name!r}: is one of the paper's; choose another")
+    if seeds is not None:
+        plan.check_seeds(seeds, study.first_seed)
     of_file = ((study, seeds or study.seeds),)
     return StudySelection(study.name, scale, Path(name), of_file, (), (), seeds)
 
@@ -132,7 +134,7 @@ def find_started(
 
     if name is None:
         if not known:
-            raise UserError(f"results_dir {str(store.path)!r}: no study was begun there")
+            raise UserError(f"results_dir {str(store.path)!r}: no study was started there")
         return [again(each) for each in known.values()]
     last = known.get(name)
     if last is None and name.endswith(".toml"):

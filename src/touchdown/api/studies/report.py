@@ -43,7 +43,7 @@ def study_report(
     started = find_started(store, name, scale, seeds)
     if len(started) > 1:
         names = ", ".join(each.name for each in started)
-        raise UserError(f"name: must be one of {names}, for several studies were begun")
+        raise UserError(f"name: must be one of {names}, for several studies were started")
     selection = started[0]
     runs = [*selection.pid_jobs, *selection.train_jobs]
     if len(store.without_results(runs)) == len(runs):
