@@ -1,10 +1,11 @@
-"""Steps of the lander a second: the exact engine against stock Gymnasium and EnvPool.
+"""Steps of the lander per second: the exact engine against stock Gymnasium and EnvPool.
 
-All fly the same number of landers with the same kind of actions on one core, and take turns in one
-process, so that a machine that slows down slows all. Only `step` is timed, in the steady state,
-when some fly, some touch and some begin again. Run it with `make bench`.
+All step the same number of landers with the same kind of actions on one core. They take turns in
+one process, so that a change in the speed of the machine affects all. Only `step` is timed, in the
+steady state, when some landers are in flight, some touch the ground and some are reset. Run it with
+`make bench`.
 
-Actions are random, or a policy's: Eq. 10's controller, or a trained one given with `--pilot`.
+Actions are random, or a policy's: the PID controller's, or those of the policy in `--policy`.
 """
 
 import argparse
@@ -30,7 +31,7 @@ Policy = Callable[[np.ndarray], np.ndarray]
 
 
 class Side:
-    """Landers that are timed while they are flown.
+    """A vector environment whose steps are timed.
 
     Args:
         env: a vector environment with Gymnasium's interface.
@@ -46,7 +47,7 @@ class Side:
         self.grounded: list[float] = []
 
     def fly(self, steps: int) -> float:
-        """Seconds that so many steps took."""
+        """Seconds that a number of steps took."""
         seconds = 0.0
         for _ in range(steps):
             actions = self._policy(self._observations)
@@ -57,24 +58,24 @@ class Side:
         return seconds
 
     def rate(self) -> float:
-        """Steps of single landers a second, in one round."""
+        """Steps of single landers per second, in one round."""
         return self._steps * len(self._observations) / self.fly(self._steps)
 
 
 def random_policy(seed: int) -> Policy:
-    """Every action as often as every other."""
+    """Uniformly random actions."""
     rng = np.random.default_rng(seed)
     return lambda observations: rng.integers(0, 4, len(observations))
 
 
-def pilot_policy(name: str) -> Policy:
-    """A policy's actions."""
+def named_policy(name: str) -> Policy:
+    """The actions of a policy, by its name."""
     policy = lookup.load(name).policy
     return lambda observations: np.asarray(policy.act(observations), np.int64)
 
 
 def stock(num_envs: int) -> SyncVectorEnv:
-    """Stock landers, one after the other."""
+    """Stock landers, stepped one after the other."""
     return SyncVectorEnv([lambda: gymnasium.make("LunarLander-v3")] * num_envs)
 
 
@@ -90,7 +91,7 @@ def envpool_landers(num_envs: int) -> Any:
 
 
 def single_rate(env: gymnasium.Env, rng: np.random.Generator, steps: int) -> float:
-    """Steps a second of one environment through Gymnasium's wrappers, resets not timed."""
+    """Steps per second of one environment through Gymnasium's wrappers, resets not timed."""
     env.reset()
     seconds = 0.0
     for action in rng.integers(0, 4, steps).tolist():
@@ -103,7 +104,7 @@ def single_rate(env: gymnasium.Env, rng: np.random.Generator, steps: int) -> flo
 
 
 def compare(title: str, sides: dict[str, Callable[[], float]], rounds: int) -> None:
-    """Take turns; print each side's rate, and how many times the others' the first one's is."""
+    """Take turns; print the rate of each side, and the ratio of the first to each other."""
     rates: dict[str, list[float]] = {name: [] for name in sides}
     for _ in range(rounds):
         for name, rate in sides.items():
@@ -127,7 +128,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--num-envs", type=int, default=1024)
-    parser.add_argument("--pilot", default="pid", help="a name or file, as for `touchdown fly`")
+    names = ("--policy", "--pilot")  # the second is the former name
+    parser.add_argument(*names, default="pid", help="a name or file, as for `touchdown fly`")
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
     cores = os.sched_getaffinity(0)
@@ -140,7 +142,7 @@ def main() -> None:
     )
     policies = {
         "random actions": lambda: random_policy(args.seed),
-        f"{args.policy}'s actions": lambda: pilot_policy(args.policy),
+        f"{args.policy}'s actions": lambda: named_policy(args.policy),
     }
     for title, policy in policies.items():
         envs = {
@@ -154,7 +156,7 @@ def main() -> None:
             if env is not None
         }
         for side in sides.values():
-            side.fly(600)  # until the landers have ended and begun at different times
+            side.fly(600)  # until the landers' episodes end at different times
         compare(title, {name: side.rate for name, side in sides.items()}, args.rounds)
         print(f"  on the ground: {np.mean(sides['touchdown'].grounded):.0%} of touchdown's landers")
         for env, _ in envs.values():

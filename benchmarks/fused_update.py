@@ -1,9 +1,10 @@
-"""The fused kernel's update against JAX's and against the arithmetic's floor, in turns, one core.
+"""The update of the fused kernel against JAX's, and against the minimal time of its arithmetic.
 
     python benchmarks/fused_update.py --rounds 9
 
-The floor is the update's multiplications and additions at the rate of NumPy's matrix product of
-two large matrices, taken in the same run: no kernel of this machine's is faster than that.
+The floor is the number of multiplications and additions of an update at the rate of NumPy's product
+of two large matrices, measured in the same run: no kernel on this machine is faster than that. Both
+sides take turns on one core.
 """
 
 import argparse
@@ -38,9 +39,9 @@ SHAPES = (
 
 
 def flop(hidden: tuple[int, ...], batch_size: int, double: bool) -> int:
-    """Of one update: forward at o_tm1 and o_t, backward to weights and to all layers but the first.
+    """Operations of one update: forward at o_tm1 and o_t; backward to all weights and inputs but o.
 
-    A multiplication with its addition counts as two.
+    A multiplication with its addition counts as two operations.
     """
     layers = list(zip((D, *hidden), (*hidden, A), strict=True))
     whole = sum(fan_in * fan_out for fan_in, fan_out in layers)
@@ -49,14 +50,14 @@ def flop(hidden: tuple[int, ...], batch_size: int, double: bool) -> int:
 
 
 def seconds(call: Callable[[], object]) -> float:
-    """Of one call."""
+    """Wall-clock seconds of one call."""
     began = time.perf_counter()
     call()
     return time.perf_counter() - began
 
 
 def fastest_product(size: int = 768) -> float:
-    """Operations a second of NumPy's product of two matrices, the best of several."""
+    """Operations per second of NumPy's product of two matrices, the best of several."""
     matrix = np.ones((size, size), np.float32)
     return 2 * size**3 / min(seconds(lambda: matrix @ matrix) for _ in range(20))
 
@@ -68,7 +69,7 @@ def measure(
     layer_norm: bool,
     args: argparse.Namespace,
 ) -> tuple[float, float, float]:
-    """Microseconds of JAX's update and of the fused one, and the ratio, medians over rounds."""
+    """Microseconds of JAX's update and of the fused one, and their ratio, medians over rounds."""
     shape = NetworkConfig(hidden_sizes=hidden, layer_norm=layer_norm)
     config = LearningConfig(
         double=double, loss="huber", max_grad_norm=10.0, target_period=1000, learning_rate=1e-4

@@ -1,8 +1,8 @@
-"""What each part of DQN costs: the time of one update, against plain DQN's, on one core.
+"""The cost of each part of DQN: the time of one update against plain DQN's, on one core.
 
-Every agent is fed the same random transitions, one update each, from a full memory, with the
-policy's network and minibatch. Agents take turns in one process, so that a machine that slows down
-slows all.
+Every agent gets the same random transitions, one update each, from a full replay memory, with the
+network and the minibatch of the preset `pilot`. Agents take turns in one process, so that a change
+in the speed of the machine affects all.
 """
 
 import argparse
@@ -41,7 +41,7 @@ PARTS: dict[str, dict[str, dict[str, object]]] = {
 
 
 def config_of(part: str) -> Config:
-    """The policy's config with one part more, and no lines of metrics."""
+    """The config of `pilot` with one part added, and no lines of metrics."""
     config = replace(PLAIN, training=replace(PLAIN.training, metrics_period=10**9))
     for section, values in PARTS[part].items():
         config = replace(config, **{section: replace(getattr(config, section), **values)})
@@ -54,13 +54,13 @@ def new_agent(config: Config) -> DQNAgent:
 
 
 class Fed:
-    """An agent with a full memory, and the transitions it is fed."""
+    """An agent with a full replay memory, and the transitions that it is fed."""
 
     def __init__(self, config: Config, rng: np.random.Generator) -> None:
         self._agent = new_agent(config)
         rows = rng.normal(size=(2_001, 1, 8)).astype(np.float32)
         no = np.zeros(1, np.bool_)
-        # made beforehand: only the agent's own time is to be counted
+        # made beforehand, so that only the agent's own time is measured
         self._fed: list[tuple[FloatArray, IntArray, StepResult]] = [
             (row, np.array([i % 4]), StepResult(after, row[:, 0].astype(float), no, no))
             for i, (row, after) in enumerate(pairwise(rows))
@@ -76,7 +76,7 @@ class Fed:
             agent.observe(o_tm1, a_tm1, steps, steps.observations)
 
     def seconds(self, updates: int) -> float:
-        """Of one observation with its update."""
+        """Mean seconds of one environment step with its update."""
         began = time.perf_counter()
         self._feed(self._agent, updates)
         np.asarray(self._agent.learner.state.online_params)
@@ -87,7 +87,7 @@ def main() -> None:
     """Take turns and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=7)
-    parser.add_argument("--updates", type=int, default=1_000, help="updates a round")
+    parser.add_argument("--updates", type=int, default=1_000, help="updates per round")
     args = parser.parse_args()
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     device.use("cpu")

@@ -1,18 +1,18 @@
-"""The lander's DQN of other libraries against this project's presets: what a second brings.
+"""DQN of other libraries against this project's presets on the lander, by wall clock.
 
-    python benchmarks/peers.py --presets policy swift --seeds 0 1 2
+    python benchmarks/peers.py --presets pilot swift --seeds 0 1 2
 
 Every peer trains with the parameters that it publishes for the lander, in stock Gymnasium, as its
 users would. All take turns on this machine, one process at a time, each on as many cores as it has
-threads: `pilot:2` gives a preset two.
+threads: `pilot:2` gives a preset two threads.
 
-A peer is looked at now and then with its clock stopped: greedily on 100 validation starts, and
-where that is its best so far, or 200 and more, on 100 test starts on stock Gymnasium. It holds the
-best that validation has seen. A preset's own validations count in its time, and it holds what it
-has chosen by them.
+A peer is evaluated at intervals with its clock stopped: greedily on 100 validation starts, and if
+the result is its best so far, or 200 or more, on 100 test starts on stock Gymnasium. It holds the
+policy that was best in validation. A preset's own validations count in its time, and it holds the
+policy that it selected by them.
 
-What is finished is not trained again; what was stopped begins again, for a clock that stood for a
-night has measured nothing.
+Finished runs are not repeated. A run that was stopped starts again from scratch, because its clock
+cannot be resumed.
 """
 
 import argparse
@@ -33,10 +33,11 @@ from pathlib import Path
 from typing import Any
 
 from contenders import preset as own
-from contenders.watch import SOLVED, Enough, Judge, Watch
+from contenders.watch import Enough, Judge, Watch
 from touchdown.config import presets
 from touchdown.core import files
 from touchdown.figures import wall_clock
+from touchdown.lander.rules import SOLVED_RETURN
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.provenance import cpu_name
 
@@ -49,8 +50,7 @@ LEFT_OUT = (
     "dqn.py is a script that cannot be imported to be watched, and no parameters for the lander "
     "are published with it."
 )
-# a look begins within a step of its mark
-_LATE = 0.1  # seconds
+_LATE = 0.1  # seconds; a look begins within one step after its mark
 
 Row = dict[str, Any]
 
@@ -63,17 +63,17 @@ class Job:
     seed: int
     threads: int
     cap: int | None
-    """Observations at most; None for all that is published."""
+    """Limit on environment steps; None for the published number."""
     seconds: float | None
-    """Of a peer's training at most; None for all that is published."""
+    """Limit on the seconds of a peer's training; None for no limit."""
 
     def path(self, runs: Path) -> Path:
-        """Of its record."""
+        """The path of its record."""
         return runs / f"{self.system}-{self.seed}.jsonl"
 
 
 def setting() -> Row:
-    """Where a run is measured, and with what."""
+    """The machine and the versions of a measurement."""
     return {
         "machine": f"{cpu_name()}, {os.cpu_count()} cores",
         "python": platform.python_version(),
@@ -82,8 +82,8 @@ def setting() -> Row:
 
 
 def measure(job: Job, runs: Path) -> None:
-    """Train once and write the record, in a process of its own."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that waits ends this one
+    """Train once and write the record; runs in its own process."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent process ends this one
     path = job.path(runs)
     unfinished = path.with_suffix(".unfinished")
     with unfinished.open("w", encoding="utf-8") as file:
@@ -96,7 +96,7 @@ def measure(job: Job, runs: Path) -> None:
         judge = Judge(record)
         if job.system in PEERS:
             peer = importlib.import_module(f"contenders.{job.system}")
-            import torch  # noqa: PLC0415 - only for those who use it
+            import torch  # noqa: PLC0415 - only peers use it
 
             torch.set_num_threads(job.threads)
             watch = Watch(judge, MARKS, math.inf if job.seconds is None else job.seconds)
@@ -109,10 +109,10 @@ def measure(job: Job, runs: Path) -> None:
 
 
 def is_finished(job: Job, runs: Path) -> bool:
-    """Whether it is measured already.
+    """Whether a job is measured already.
 
     Raises:
-        SystemExit: it is, but otherwise than asked for.
+        SystemExit: it was measured with other settings.
     """
     path = job.path(runs)
     if not path.is_file():
@@ -124,9 +124,9 @@ def is_finished(job: Job, runs: Path) -> bool:
 
 
 def run(job: Job, runs: Path) -> bool:
-    """Measure in a fresh process on its own cores; whether that went well."""
+    """Measure a job in a new process on its own cores; returns whether it succeeded."""
     cores = os.sched_getaffinity(0)
-    # what the process starts with also holds for the threads that libraries start as they load
+    # set before the start, so that threads that libraries start on import inherit it
     os.sched_setaffinity(0, sorted(cores)[-job.threads :])
     process = multiprocessing.get_context("spawn").Process(target=measure, args=(job, runs))
     try:
@@ -140,36 +140,36 @@ def run(job: Job, runs: Path) -> bool:
 
 
 def records_of(system: str, seeds: Sequence[int], runs: Path) -> list[list[Row]]:
-    """Of each finished run of a system: where it was measured, then the looks at it."""
+    """The record of each finished run of a system: the setting, then the looks."""
     paths = [runs / f"{system}-{seed}.jsonl" for seed in seeds]
     return [files.read_jsonl(path) for path in paths if path.is_file()]
 
 
 def seconds_to_solved(rows: Sequence[Row]) -> float:
-    """When a policy was first looked at that validation and test call solved; ∞ if never."""
+    """Time of the first look at a policy that validation and test call solved; ∞ if none."""
     solved = (
         row["seconds"]
         for row in rows
-        if min(row["validation_return"], row.get("test_return", -math.inf)) >= SOLVED
+        if min(row["validation_return"], row.get("test_return", -math.inf)) >= SOLVED_RETURN
     )
     return next(solved, math.inf)
 
 
 def held_at(rows: Sequence[Row], seconds: float) -> float | None:
-    """The test return of the policy that a run holds at a time; None before its first."""
+    """Test return of the policy that a run holds at a time; None before the first."""
     held = [r["test_return"] for r in rows if r["held"] and r["seconds"] <= seconds + _LATE]
     return held[-1] if held else None
 
 
 def in_words(seconds: float) -> str:
-    """Seconds, or that there are none."""
+    """Seconds as text; "never" for ∞."""
     if math.isinf(seconds):
         return "never"
     return f"{seconds:.1f}" if seconds < 10 else f"{seconds:.0f}"
 
 
 def spread(values: Sequence[float | None]) -> str:
-    """A mean over seeds with the least and the most of them."""
+    """A mean over seeds, with the least and the most."""
     known = [value for value in values if value is not None]
     if len(known) < len(values) or not known:
         return "–"
@@ -178,18 +178,18 @@ def spread(values: Sequence[float | None]) -> str:
 
 
 def name_of(system: str) -> str:
-    """As it stands in a table."""
+    """The name of a system in tables."""
     return PEERS.get(system, f"`{system}`")
 
 
 def markdown(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A Markdown table, the first column words."""
+    """A Markdown table whose first column is text."""
     lines = [f"| {' | '.join(columns)} |", "| --- |" + " ---: |" * (len(columns) - 1)]
     return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows)])
 
 
 def time_table(measured: Mapping[str, list[list[Row]]], threads: Mapping[str, int]) -> str:
-    """Seconds to a policy that lands, and to the end of the training."""
+    """The table of seconds to a verified policy, and to the end of training."""
     columns = ("system", "threads", "to a verified 200, s", "each seed", "to its end, s")
     rows: list[list[str]] = []
     for system, runs in measured.items():
@@ -211,7 +211,7 @@ def time_table(measured: Mapping[str, list[list[Row]]], threads: Mapping[str, in
 
 
 def return_table(measured: Mapping[str, list[list[Row]]]) -> str:
-    """Test returns of what is held at equal wall clock, and in the end."""
+    """The table of test returns of the held policies at equal times, and at the end."""
     columns = ("system", *(f"{mark:.0f} s" for mark in MARKS), "end", "last weights", "landed")
     rows: list[list[str]] = []
     for system, runs in measured.items():
@@ -229,7 +229,7 @@ def return_table(measured: Mapping[str, list[list[Row]]]) -> str:
 
 
 def settings_of(records: Sequence[list[Row]]) -> str:
-    """The machine and the versions of all records; several, should they differ."""
+    """The machine and the versions of all records; one line for each different setting."""
     texts = [
         f"{facts['machine']}; Python {facts['python']}, "
         + ", ".join(f"{package} {number}" for package, number in facts["versions"].items())
@@ -239,7 +239,7 @@ def settings_of(records: Sequence[list[Row]]) -> str:
 
 
 def report(systems: Mapping[str, int], seeds: Sequence[int], runs: Path) -> str:
-    """The machine, the versions, both tables and what they mean."""
+    """The machine, the versions, and both tables with notes."""
     records = {system: records_of(system, seeds, runs) for system in systems}
     measured = {s: [looks for _, *looks in found] for s, found in records.items() if found}
     verified = (
@@ -275,7 +275,7 @@ def report(systems: Mapping[str, int], seeds: Sequence[int], runs: Path) -> str:
 
 
 def draw(systems: Mapping[str, int], seeds: Sequence[int], runs: Path, out: Path) -> None:
-    """The test return of the policy held over wall clock."""
+    """Draw the test return of the held policy over wall-clock time."""
     out.mkdir(parents=True, exist_ok=True)
     curves: dict[str, list[wall_clock.Held]] = {}
     for system in systems:
@@ -299,20 +299,22 @@ def system_of(text: str) -> tuple[str, int]:
 
 
 def main() -> None:
-    """Measure what is missing and print the tables."""
+    """Run the missing measurements and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--presets", nargs="*", type=system_of, default=OWN)
     parser.add_argument("--peers", nargs="*", choices=list(PEERS), default=list(PEERS))
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2])
     parser.add_argument("--observations", type=int, help="fewer than published, for a quick try")
-    parser.add_argument("--seconds", type=float, help="of a peer's training at most")
+    parser.add_argument("--seconds", type=float, help="limit on a peer's training")
     parser.add_argument("--runs-dir", type=Path, default=Path("runs") / "peers")
-    parser.add_argument("--table", action="store_true", help="print what is there, train nothing")
+    parser.add_argument(
+        "--table", action="store_true", help="print existing results, train nothing"
+    )
     parser.add_argument("--figures", type=Path, help="folder for the picture")
     args = parser.parse_args()
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # it ends its process too
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends the child process too
     systems: dict[str, int] = dict.fromkeys(args.peers, 1) | dict(args.presets)
-    # seed by seed: a machine that slows down slows all
+    # seed by seed, so that a change in the speed of the machine affects all
     jobs = [
         Job(system, seed, threads, args.observations, args.seconds if system in PEERS else None)
         for seed in args.seeds
@@ -328,7 +330,7 @@ def main() -> None:
             if not run(job, args.runs_dir):
                 failed.append(name)
         except KeyboardInterrupt:
-            sys.exit(f"stopped during {name}; the same command goes on")
+            sys.exit(f"stopped during {name}; the same command continues")
     print(report(systems, args.seeds, args.runs_dir))
     if args.figures:
         draw(systems, args.seeds, args.runs_dir, args.figures)

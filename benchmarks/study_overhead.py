@@ -1,11 +1,11 @@
-"""What running trainings as a study costs: the same runs back to back, and as a study.
+"""The overhead of a study: the same runs back to back, and as a study.
 
     python benchmarks/study_overhead.py --runs 8 --rounds 2
 
-Back to back: as many processes as workers, one thread each, each with its part of the runs in a
-plain loop from training to the last test flight. As a study: the same runs handed out by the
-study's runner to as many workers. The two take turns on one machine, each with fresh folders; the
-processes' start and imports count on both sides.
+Back to back: one process per worker, one thread each, each with its share of the runs in a plain
+loop from training to the last test episode. As a study: the same runs, handed out by the study's
+runner to the same number of workers. The two take turns on one machine, each in new folders; the
+start and the imports of the processes count on both sides.
 """
 
 import argparse
@@ -30,7 +30,7 @@ Way = Callable[[Sequence[TrainJob], int, Store], None]
 
 
 def jobs_of(runs: int, observations: int) -> list[TrainJob]:
-    """The paper's best agent at the quick scale, a run a seed that no study reports."""
+    """Runs of the paper's best agent at the quick scale, with seeds that no study reports."""
     cells = paper.studies("quick")["ladder"].cells()
     config = next(cell.config for cell in cells if cell.labels == (paper.BEST,))
     training = replace(config.training, max_env_steps=observations)
@@ -40,13 +40,13 @@ def jobs_of(runs: int, observations: int) -> list[TrainJob]:
 
 
 def do_all(jobs: Sequence[TrainJob], store: Path) -> None:
-    """One after the other, in this process."""
+    """Do jobs one after the other, in this process."""
     for job in jobs:
         job.perform(store, lambda: False, lambda _: None)
 
 
 def back_to_back(jobs: Sequence[TrainJob], workers: int, store: Store) -> None:
-    """In plain processes."""
+    """Do jobs in plain processes."""
     context = multiprocessing.get_context("spawn")
     with threads.one_thread_each():
         processes = [
@@ -60,19 +60,19 @@ def back_to_back(jobs: Sequence[TrainJob], workers: int, store: Store) -> None:
 
 
 def as_study(jobs: Sequence[TrainJob], workers: int, store: Store) -> None:
-    """By the study's runner."""
+    """Do jobs by the study's runner."""
     runner.run_jobs(jobs, store, LocalExecutor(workers))
 
 
 def seconds_of(way: Way, jobs: Sequence[TrainJob], workers: int) -> float:
-    """Wall clock of all runs, in a folder of their own."""
+    """Wall-clock seconds of all runs, in a new folder."""
     with tempfile.TemporaryDirectory() as name:
         store = stores.open_store(Path(name) / "results", make=True)
         began = time.perf_counter()
         way(jobs, workers, store)
         seconds = time.perf_counter() - began
         if missing := store.missing(jobs):
-            raise SystemExit(f"{len(missing)} runs did not come to their end")
+            raise SystemExit(f"{len(missing)} runs did not finish")
     return seconds
 
 

@@ -1,8 +1,8 @@
-"""Training steps a second: one update an observation, against Stable-Baselines3's DQN.
+"""Training steps per second with one update per environment step, against Stable-Baselines3's DQN.
 
-Both sides have the same world, network [100, 100, 100], batch 64, memory, target period, ε and
-optimiser, one thread and one core, and take turns in one process, so that a machine that slows down
-slows both. Run it with `make bench`.
+Both sides have the same environment, network [100, 100, 100], batch 64, replay memory, target
+period, ε and optimiser, one thread and one core. They take turns in one process, so that a change
+in the speed of the machine affects both. Run it with `make bench`.
 """
 
 import argparse
@@ -45,18 +45,17 @@ def same_numbers(seed: int) -> Config:
 
 
 def ours(config: Config, engine: engines.Engine) -> Callable[[int], object]:
-    """A function that trains for so many more steps."""
-    world = environment.make_env(config.env_id, engine=engine)
-    world.env.close()
-    agent = make_agent(config, world.spaces, streams(config.seed))
-    indices = make_pool(config.env_id, config.training.num_envs, engine)
+    """A function that trains for a given number of further steps."""
+    spaces = environment.spaces_of(config.env_id, engine=engine)
+    agent = make_agent(config, spaces, streams(config.seed))
+    pool = make_pool(config.env_id, config.training.num_envs, engine)
 
     def start_of(episode: int) -> int:
         return training_start(config.seed, episode)
 
     agent.begin_episode(0)
-    episodes = begin(indices, start_of, config.training.num_envs)
-    steps = interact(agent, indices, start_of, episodes)
+    episodes = begin(pool, start_of, config.training.num_envs)
+    steps = interact(agent, pool, start_of, episodes)
 
     def train(count: int) -> None:
         for _ in islice(steps, count):
@@ -92,7 +91,7 @@ def main() -> None:
     """Take turns and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=7)
-    parser.add_argument("--steps", type=int, default=3_000, help="observations a round")
+    parser.add_argument("--steps", type=int, default=3_000, help="environment steps per round")
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
@@ -105,7 +104,7 @@ def main() -> None:
         "stable-baselines3": theirs(config),
     }
     for train in sides.values():
-        train(2 * config.replay.min_size)  # past the compilation and the filling of the memory
+        train(2 * config.replay.min_size)  # past compilation, and until the memory holds min_size
     rates: dict[str, list[float]] = {name: [] for name in sides}
     for _ in range(args.rounds):
         for name, train in sides.items():

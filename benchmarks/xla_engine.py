@@ -1,11 +1,11 @@
-"""Flying without Python between the steps: the engine as a custom call inside XLA's compiled loop.
+"""Stepping without Python in the loop: the engine as a custom call in XLA's compiled loop.
 
     python benchmarks/xla_engine.py --num-envs 64
 
-Four ways to fly worlds by the greedy policy of one network, in turns, on one core: the engine alone
-with actions that are there already; the loop that training uses, in Python; a loop with nothing in
-it but the engine's call and the fused network's; and `jax.lax.scan` over JAX's network and the
-engine as an XLA custom call, which is compiled here, for it is only an experiment.
+Four ways to step environments with the greedy policy of one network, in turns, on one core: the
+engine alone, with recorded actions; the training loop, in Python; a loop with only the calls of the
+engine and of the fused network; and `jax.lax.scan` over JAX's network and the engine as an XLA
+custom call, which is compiled here because it is only an experiment.
 """
 
 import argparse
@@ -38,7 +38,7 @@ CALL = Path(__file__).with_name("xla_engine") / "engine_call.cpp"
 
 
 def compiled(folder: Path) -> ctypes.CDLL:
-    """The custom call with an engine of its own, built for this machine."""
+    """The custom call with its own copy of the engine, built for this machine."""
     out = folder / "engine_call.so"
     sources = [CALL, *(ENGINE / f"{part}.cpp" for part in ("lander", "batch", "lane_solver"))]
     sources += [ENGINE / "kernel_baseline.cpp"]
@@ -50,7 +50,7 @@ def compiled(folder: Path) -> ctypes.CDLL:
 
 
 class Bare:
-    """A loop with nothing in it but two calls; worlds that have ended begin again a step later."""
+    """A loop of only two calls; environments whose episode ended are reset one step later."""
 
     def __init__(self, count: int, network: FusedNetwork, params: Any) -> None:
         self._batch = Batch(count)
@@ -68,7 +68,7 @@ class Bare:
         self._q = np.zeros((count, A), np.float32)
 
     def fly(self, steps: int) -> list[tuple[Any, Any]]:
-        """Greedily; gives actions and tasks of each step."""
+        """Act greedily; returns the actions and tasks of each step."""
         actions, observations, _, terminated, tasks = self._arrays
         flown: list[tuple[Any, Any]] = []
         for _ in range(steps):
@@ -80,13 +80,13 @@ class Bare:
         return flown
 
     def repeat(self, flown: list[tuple[Any, Any]]) -> None:
-        """What was flown before, without a network."""
+        """Repeat recorded steps, without a network."""
         for actions, tasks in flown:
             self._batch.step(actions, *self._arrays[1:4], tasks)
 
 
 class Greedy:
-    """What `interact` needs of an agent, and no more."""
+    """The part of an agent that `interact` needs."""
 
     epsilon = 0.0
 
@@ -94,7 +94,7 @@ class Greedy:
         self._values, self._params = network.values_of_each, params
 
     def act(self, observations: Any) -> Any:
-        """The best actions."""
+        """The greedy actions."""
         return np.asarray(self._values(self._params, observations)).argmax(1)
 
     def observe(self, *_: Any) -> None:
@@ -105,7 +105,7 @@ class Greedy:
 
 
 def in_xla(library: ctypes.CDLL, count: int, network: QNetwork, params: Any) -> Any:
-    """A function that flies so many steps in one compiled call."""
+    """A function that flies a given number of steps in one compiled call."""
     library.make_flock.restype = ctypes.c_void_p
     library.make_flock.argtypes = [ctypes.c_int64, ctypes.c_int64]
     address = library.make_flock(count, 1)
@@ -131,14 +131,14 @@ def in_xla(library: ctypes.CDLL, count: int, network: QNetwork, params: Any) -> 
 
 
 def seconds(call: Callable[[], object]) -> float:
-    """Of one call."""
+    """Wall-clock seconds of one call."""
     began = time.perf_counter()
     call()
     return time.perf_counter() - began
 
 
 def main() -> None:
-    """Print microseconds a step of all worlds, each way."""
+    """Print the microseconds per step of all environments, for each way."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--num-envs", type=int, default=64)
     parser.add_argument("--steps", type=int, default=1_000)
@@ -149,9 +149,9 @@ def main() -> None:
     plain = QNetwork(D, A, SHAPE)
     fused = FusedNetwork(plain)
     params = plain.init(jax.random.key(0))
-    indices = make_pool("LunarLander-v3", count, "exact")
-    episodes = begin(indices, int, count)
-    training = interact(Greedy(fused, params), indices, int, episodes)
+    pool = make_pool("LunarLander-v3", count, "exact")
+    episodes = begin(pool, int, count)
+    training = interact(Greedy(fused, params), pool, int, episodes)
     with tempfile.TemporaryDirectory() as folder:
         library = compiled(Path(folder))
     jax.ffi.register_ffi_target("advance_flock", jax.ffi.pycapsule(library.advance_flock))
@@ -175,8 +175,8 @@ def main() -> None:
     for _ in range(args.rounds - 1):
         for name, call in ways.items():
             taken[name].append(seconds(call))
-    print(f"{cpu_name()}, one core; {count} worlds, network {list(SHAPE.hidden_sizes)}\n")
-    print("| way to fly | µs a step of all worlds, median | least | most |")
+    print(f"{cpu_name()}, one core; {count} environments, network {list(SHAPE.hidden_sizes)}\n")
+    print("| way to fly | µs per step of all environments, median | least | most |")
     print("| --- | ---: | ---: | ---: |")
     for name, each in taken.items():
         micro = [1e6 * one / steps for one in each]

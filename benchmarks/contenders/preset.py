@@ -15,14 +15,14 @@ from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
 from touchdown.training.trainer import Trainer
 
-_BETWEEN_GLANCES = 0.02  # seconds
+_POLL_SECONDS = 0.02
 
 
 class _Keeper:
-    """Keeps every policy that a run holds on its way, and since when.
+    """Keeps every policy that a run holds while it trains, with its time.
 
-    A run writes the best that it has found, whole, in the place of the one before. This takes a
-    glance at the file, so that it knows nothing of how the run is trained.
+    A run overwrites its best policy whenever it finds a better one. This class polls that file, so
+    that it needs no access to the training.
     """
 
     def __init__(self, path: Path, clock: Stopwatch) -> None:
@@ -30,43 +30,43 @@ class _Keeper:
         self._path = path
         self._clock = clock
         self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._glance, daemon=True)
+        self._thread = threading.Thread(target=self._poll, daemon=True)
         self._thread.start()
 
     def close(self) -> None:
-        """Look no more."""
+        """Stop polling."""
         self._ended.set()
         self._thread.join()
 
-    def _glance(self) -> None:
+    def _poll(self) -> None:
         seen = 0
-        while not self._ended.wait(_BETWEEN_GLANCES):
+        while not self._ended.wait(_POLL_SECONDS):
             if self._path.is_file() and (now := self._path.stat().st_mtime_ns) != seen:
                 self.kept.append((self._clock.seconds(), self._path.read_bytes()))
                 seen = now
 
 
 def seconds_to_decision(folder: RunFolder) -> float:
-    """Seconds until a run knew that it had trained enough, as its own records have them.
+    """Seconds until a run decided that it had trained enough, from its own records.
 
-    They count from where the agent is made, with all that is compiled and with its validations.
+    They count from the creation of the agent, with compilation and validations.
 
     Raises:
-        UserError: the run's records are broken.
+        UserError: the records of the run are broken.
     """
     last = files.read_jsonl(folder.episodes, ("seconds",))[-1]["seconds"]
     return float(policy_weights.facts_of(folder.best).get("solved_seconds", last))
 
 
 def train(name: str, config: Config, runs: Path, judge: Judge) -> None:
-    """Train once, from nothing, then look at all that the run held on its way.
+    """Train once from scratch, then evaluate every policy that the run held.
 
     Args:
         name: of the run.
         config: of the run.
-        runs: folder to make the run in; an unfinished one of that name gives way, for its clock
-            has not counted the time to begin again.
-        judge: flies what was held.
+        runs: folder to make the run in; an unfinished run of that name is deleted, because its
+            clock would not count the time to restart.
+        judge: evaluates the policies.
     """
     device.use_default()
     shutil.rmtree(runs / name, ignore_errors=True)
@@ -86,7 +86,7 @@ def train(name: str, config: Config, runs: Path, judge: Judge) -> None:
 
 
 def config_of(preset: str, seed: int, cap: int | None) -> Config:
-    """A preset's settings with a seed, for so many observations at most where there is a cap."""
+    """The config of a preset with a seed, and with `cap` environment steps at most if given."""
     config = replace(presets.preset(preset), seed=seed)
     if cap is None:
         return config

@@ -20,7 +20,7 @@ ZOO: dict[str, Any] = {
     "gamma": 0.99,
     "target_update_interval": 250,
     "train_freq": 4,
-    "gradient_steps": -1,  # as many as steps were flown
+    "gradient_steps": -1,  # one per environment step
     "exploration_fraction": 0.12,
     "exploration_final_eps": 0.1,
     "policy_kwargs": {"net_arch": [256, 256]},
@@ -28,7 +28,7 @@ ZOO: dict[str, Any] = {
 
 
 class Greedy:
-    """The greedy policy of a model as it is now.
+    """The greedy policy of a model in its current state.
 
     Args:
         model: of Stable-Baselines3, or with its interface.
@@ -43,7 +43,7 @@ class Greedy:
 
 
 class _Steps(BaseCallback):
-    """Tells the watch of every step."""
+    """Notifies the watch of every step."""
 
     def __init__(self, watch: Watch, policy: Greedy) -> None:
         super().__init__()
@@ -62,14 +62,14 @@ def learn(algorithm: Any, greedy: type[Greedy], seed: int, observations: int, wa
         algorithm: its class.
         greedy: makes the policy of a model.
         seed: of the training.
-        observations: to train for.
-        watch: looks at it.
+        observations: environment steps to train for.
+        watch: evaluates it while it trains.
     """
     model = algorithm(
         "MlpPolicy",
         gymnasium.make(ENV_ID),
         **ZOO,
-        # no seed of validation's or of the test's
+        # not a seed of validation or test starts
         seed=training_start(seed, 0),
         device="cpu",
     )

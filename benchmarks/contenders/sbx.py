@@ -13,7 +13,7 @@ _ROWS = 100
 
 
 class _Padded(sb3.Greedy):
-    """Always asks for the same number of actions: JAX would compile for each other one."""
+    """Always asks for the same number of actions, because JAX compiles anew for each number."""
 
     def act(self, observations: FloatArray) -> IntArray:
         """An action for each observation: [N, 8] to [N]."""

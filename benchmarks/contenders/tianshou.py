@@ -1,4 +1,4 @@
-"""Tianshou's DQN as its own example flies the lander."""
+"""Tianshou's DQN with the settings of its own example for the lander."""
 
 import math
 
@@ -17,8 +17,8 @@ from contenders.watch import ENV_ID, Watch
 from touchdown.core.seeding import training_start
 from touchdown.core.types import FloatArray, IntArray
 
-# examples/box2d/lunarlander_dqn.py of Tianshou, "found by Optuna"; its ten epochs are all flown,
-# while the example stops at the first of its own tests that it calls solved
+# examples/box2d/lunarlander_dqn.py of Tianshou, "found by Optuna"; all ten epochs are
+# trained, while the example stops at the first of its own tests that counts as solved
 OBSERVATIONS = 800_000
 _EPOCH = 80_000
 _NUM_ENVS = 16
@@ -29,7 +29,7 @@ _EPSILON_TRAIN, _EPSILON_TEST, _EPSILON_DECAY = 0.73, 0.01, 5e-6
 
 
 class _Greedy:
-    """The greedy policy as it is now."""
+    """The greedy policy in its current state."""
 
     def __init__(self, policy: DiscreteQLearningPolicy) -> None:
         self._policy = policy
@@ -42,12 +42,12 @@ class _Greedy:
 
 def train(seed: int, observations: int, watch: Watch) -> None:
     """Train once."""
-    first = training_start(seed, 0)  # no seed of validation's or of the test's
+    first = training_start(seed, 0)  # not a seed of validation or test starts
     np.random.seed(first)  # noqa: NPY002 - the generator that Tianshou explores with
     torch.manual_seed(first)
-    worlds = DummyVectorEnv([lambda: gymnasium.make(ENV_ID) for _ in range(_NUM_ENVS)])
-    worlds.seed(first)
-    (action_space, *_) = worlds.action_space
+    envs = DummyVectorEnv([lambda: gymnasium.make(ENV_ID) for _ in range(_NUM_ENVS)])
+    envs.seed(first)
+    (action_space, *_) = envs.action_space
     policy = DiscreteQLearningPolicy(
         model=Net(
             state_shape=8,
@@ -67,7 +67,7 @@ def train(seed: int, observations: int, watch: Watch) -> None:
         target_update_freq=500,  # updates
     )
     collector = Collector(
-        algorithm, worlds, VectorReplayBuffer(100_000, _NUM_ENVS), exploration_noise=True
+        algorithm, envs, VectorReplayBuffer(100_000, _NUM_ENVS), exploration_noise=True
     )
     collector.reset()
     collector.collect(n_step=_WARM_UP)
@@ -91,5 +91,5 @@ def train(seed: int, observations: int, watch: Watch) -> None:
             show_progress=False,
         )
     )
-    # the training has counted from anew
+    # the trainer counted from zero again
     watch.end(_WARM_UP + collector.collect_step, policy)

@@ -1,4 +1,4 @@
-"""Looking at a policy while it is trained, with its clock stopped."""
+"""Evaluating a policy while it trains, with its clock stopped."""
 
 import time
 from collections.abc import Callable, Generator, Sequence
@@ -10,43 +10,43 @@ import numpy as np
 from touchdown.core.seeding import TEST_STARTS, VALIDATION_STARTS
 from touchdown.core.types import Policy
 from touchdown.evaluation.evaluator import Evaluator
+from touchdown.lander.rules import SOLVED_RETURN
 
 ENV_ID = "LunarLander-v3"
-SOLVED = 200.0
 FIRST_LOOK = 5.0  # seconds
-RATIO = 1.08  # from a look to the next: as fine early as late, on a logarithmic axis
+RATIO = 1.08  # of the times of two looks: evenly spaced on a logarithmic axis
 
-# far from those that a preset chooses its own checkpoints on
+# apart from those that a preset selects its own checkpoints on
 _VALIDATION = VALIDATION_STARTS[500_000:500_100]
 _TEST = TEST_STARTS[:100]
 
 
 class Stopwatch:
-    """Seconds of training; it stands while somebody looks."""
+    """Seconds of training; it stops during evaluations."""
 
     def __init__(self) -> None:
         self._began = time.perf_counter()
-        self._stood = 0.0
+        self._stopped = 0.0
 
     def seconds(self) -> float:
-        """Since it was made, less what it stood."""
-        return time.perf_counter() - self._began - self._stood
+        """Seconds since it was made, without those in which it was stopped."""
+        return time.perf_counter() - self._began - self._stopped
 
     @contextmanager
-    def standing(self) -> Generator[None]:
-        """Stopped within the block."""
+    def paused(self) -> Generator[None]:
+        """Stop the clock within the block."""
         stopped = time.perf_counter()
         try:
             yield
         finally:
-            self._stood += time.perf_counter() - stopped
+            self._stopped += time.perf_counter() - stopped
 
 
 def next_look(seconds: float, marks: Sequence[float]) -> float:
-    """When to look again: as regularly as `RATIO` says, and at every mark.
+    """The time of the next look: `RATIO` after the last one, and at every mark.
 
     Args:
-        seconds: of the look before.
+        seconds: time of the last look.
         marks: seconds at which all systems are compared.
     """
     regular = max(FIRST_LOOK, seconds * RATIO)
@@ -54,12 +54,12 @@ def next_look(seconds: float, marks: Sequence[float]) -> float:
 
 
 class Judge:
-    """Flies policies greedily and writes down what comes of it.
+    """Evaluates policies greedily and records the results.
 
-    Validation flies the exact engine, which is stock to the last bit; a test flies stock itself.
+    Validation uses the exact engine, which equals stock to the last bit; a test uses stock itself.
 
     Args:
-        record: takes one look as a JSON object.
+        record: called with the result of a look, as a JSON object.
     """
 
     def __init__(self, record: Callable[[dict[str, Any]], object]) -> None:
@@ -78,14 +78,15 @@ class Judge:
         chosen: bool = False,
         last: bool = False,
     ) -> None:
-        """Validate a policy; test it if it is held from now on, or says that it lands.
+        """Validate a policy; test it if it is held from now on, or if validation calls it solved.
 
         Args:
-            policy: the policy.
+            policy: to evaluate.
             seconds: of training.
-            observations: of training.
-            chosen: the system holds it by a choice of its own; else the best validated is held.
-            last: the last weights of the training.
+            observations: environment steps of training.
+            chosen: whether the system itself selected the policy; else the best in validation is
+                held.
+            last: whether these are the last weights of the training.
         """
         results = self._validation.fly(policy, _VALIDATION)
         validation = float(np.mean([result.episode_return for result in results]))
@@ -98,26 +99,26 @@ class Judge:
             "held": held,
             "last": last,
         }
-        if held or last or (validation >= SOLVED and not self._verified):
+        if held or last or (validation >= SOLVED_RETURN and not self._verified):
             flown = self._test.fly(policy, _TEST)
             tested = float(np.mean([result.episode_return for result in flown]))
             row["test_return"] = tested
             row["landed"] = float(np.mean([result.outcome == "landed" for result in flown]))
-            self._verified |= min(validation, tested) >= SOLVED
+            self._verified |= min(validation, tested) >= SOLVED_RETURN
         self._record(row)
 
 
-class Enough(Exception):  # noqa: N818 - no error: the time that a peer was given is over
-    """A peer has trained as long as it was to."""
+class Enough(Exception):  # noqa: N818 - not an error: the peer's time is over
+    """A peer has used up its training time."""
 
 
 class Watch:
-    """Looks at a peer from time to time.
+    """Evaluates a peer from time to time.
 
     Args:
-        judge: flies what is looked at.
+        judge: evaluates its policies.
         marks: seconds at which all systems are compared.
-        most: seconds that the peer may train.
+        most: limit on the seconds of training.
     """
 
     def __init__(self, judge: Judge, marks: Sequence[float], most: float = np.inf) -> None:
@@ -128,10 +129,10 @@ class Watch:
         self._clock = Stopwatch()
 
     def step(self, observations: int, policy: Policy) -> None:
-        """To be called between steps of training, often.
+        """Call this often, between steps of training.
 
         Raises:
-            Enough: the peer has trained as long as it was to.
+            Enough: the peer has used up its training time.
         """
         seconds = self._clock.seconds()
         if seconds >= self._most:
@@ -139,10 +140,10 @@ class Watch:
             raise Enough
         if seconds < self._next:
             return
-        with self._clock.standing():
+        with self._clock.paused():
             self._judge.look(policy, seconds, observations)
             self._next = next_look(seconds, self._marks)
 
     def end(self, observations: int, policy: Policy) -> None:
-        """To be called when the training has ended."""
+        """Call this when training has ended."""
         self._judge.look(policy, self._clock.seconds(), observations, last=True)

@@ -1,6 +1,6 @@
-"""Puts a function's own lines where a page says `source: touchdown.module.function`.
+"""Replaces `source: touchdown.module.function` in a page by the source of that function.
 
-The page then shows the code that runs; a function that is gone fails the build.
+So a page shows the code that runs; a function that does not exist fails the build.
 """
 
 import ast

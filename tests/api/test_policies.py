@@ -79,7 +79,7 @@ def test_an_archive_of_stable_baselines_is_a_pilot_for_the_world_given(tmp_path)
     policy = find_policy(SB3 / "dqn.zip", tmp_path, LANDER)
     assert (policy.name, policy.env_id) == ("dqn", "LunarLander-v3")
     assert policy.policy.act(np.zeros((2, 8), np.float32)).shape == (2,)
-    with pytest.raises(UserError, match="the world shows 4 and has 2 actions"):
+    with pytest.raises(UserError, match="the environment gives 4 and has 2 actions"):
         find_policy(SB3 / "dqn.zip", tmp_path, "CartPole-v1")
 
 

@@ -304,7 +304,7 @@ def test_a_run_is_exported_and_what_came_of_it_flown(finished, tmp_path, monkeyp
     stored = json.loads((finished / "cart" / "evaluation.json").read_text())["pilots"][0]
     assert json.loads(capsys.readouterr().out)["episodes"] == stored["episodes"]
     again = complaint("export", "cart", f"--runs-dir={finished}", capsys=capsys)
-    assert again == "out 'cart-onnx': is there already; choose another folder"
+    assert again == "out 'cart-onnx': exists already; choose another folder"
 
 
 def test_a_name_taken_or_a_finished_run_loses_nothing(finished, capsys):

@@ -13,7 +13,7 @@ Objective = Callable[[Point], float]
 
 
 def hill(top: Sequence[float], steepness: Sequence[float]) -> Objective:
-    """A concave quadratic, turned so that its axes are not the search's."""
+    """A concave quadratic, rotated so that its axes are not those of the search."""
 
     def height(point: Point) -> float:
         d = [x - t for x, t in zip(point, top, strict=True)]
@@ -24,7 +24,7 @@ def hill(top: Sequence[float], steepness: Sequence[float]) -> Objective:
 
 
 def slow_trials(objective: Objective, start: Point, steps: Point) -> list[tuple[Point, float]]:
-    """Each point tried and its value, for 12 rounds, as the textbook writes it."""
+    """The slow twin: each point tried and its value, for 12 rounds, as in the textbook."""
     best, step = list(start), list(steps)
     best_value, tried = objective(start), [(start, objective(start))]
     for _ in range(12):
@@ -55,7 +55,7 @@ def test_twiddle_finds_the_top_of_a_hill():
     assert last.best_value == pytest.approx(10, abs=1e-3)
 
 
-def test_twiddle_tries_the_points_of_a_plain_twin_in_the_same_order():
+def test_twiddle_tries_the_same_points_in_the_same_order_as_its_slow_twin():
     tried: list[tuple[Point, float]] = []
     height = hill((3.0, -1.0), (1.0, 4.0))
 
@@ -132,7 +132,7 @@ def test_on_a_plateau_steps_shrink_together_from_one_to_the_tolerance():
     assert steps == sorted(steps, reverse=True)
 
 
-def test_the_search_goes_on_until_every_step_is_small():
+def test_the_search_continues_until_every_step_is_small():
     def ramp(point: Point) -> float:
         return min(point[0], 100.0)  # up for long; the other coordinate is a plateau
 
@@ -145,7 +145,7 @@ def test_tolerance_is_a_share_of_each_first_step():
         assert len(list(twiddle(lambda _: 0.0, (0.0,), (size,), 0.5))) == 1 + 7 * 2
 
 
-def test_an_equal_value_is_no_success():
+def test_an_equal_value_is_not_a_success():
     *_, last = twiddle(lambda _: 0.0, (4.0,), (1.0,))
     assert last.best == (4.0,)
 
@@ -163,7 +163,7 @@ def test_an_equal_value_is_no_success():
         ((0.0,), (1.0,), math.nan, "tolerance must be between 0 and 1, got nan"),
     ],
 )
-def test_nonsense_is_refused_before_anything_is_tried(
+def test_invalid_arguments_are_refused_before_the_first_trial(
     start: Point, steps: Point, tolerance: float, named: str
 ):
     def never(_: Point) -> float:

@@ -14,7 +14,7 @@ Q = np.array([[1.0, 2.0], [4.0, 3.0], [2.0, 2.0]])
 
 
 class Policy:
-    """Gives these values, whatever it sees."""
+    """Gives these values for any observation."""
 
     def __init__(self, q: np.ndarray) -> None:
         self.q = q
@@ -41,7 +41,7 @@ def check(q: np.ndarray, actions: list[int], policy: Policy | None = None, **opt
     return agreements.check(model, policy or Policy(Q), OBSERVATIONS, **options)
 
 
-def test_a_model_that_does_the_same_agrees():
+def test_a_model_with_the_same_values_and_actions_agrees():
     found = check(Q, [1, 0, 0])
     assert found.tolerance == pytest.approx(4e-5)  # 1e-5 of the largest value
     assert (found.observations, found.close, found.differing) == (3, 1, 0)
@@ -57,7 +57,7 @@ def test_another_action_is_counted_where_the_two_best_are_equal():
     assert found.largest_difference == pytest.approx(3e-5)
 
 
-def test_another_action_is_refused_where_they_are_not():
+def test_another_action_is_refused_where_the_two_best_differ():
     with pytest.raises(UserError, match=r"1 of 3 actions differ from touchdown's.*nothing is writ"):
         check(Q, [1, 1, 0])
 
@@ -87,17 +87,17 @@ def few(monkeypatch: pytest.MonkeyPatch) -> Callable[..., np.ndarray]:
     return see
 
 
-def test_what_is_seen_in_flight_is_of_many_starts_and_repeats(few):
+def test_observations_come_from_many_starts_and_repeat(few):
     seen = few()
     assert seen.shape == (3_000, 8)
     assert seen.dtype == np.float32
-    assert len(np.unique(seen[:16], axis=0)) == 16  # a start for each world
+    assert len(np.unique(seen[:16], axis=0)) == 16  # one start per environment
     assert seen[:, 1].min() < 0.5 < seen[:, 1].max()  # from the top and from near the ground
     assert_array_equal(few(), seen)
     assert not np.array_equal(few(1), seen)
 
 
-def test_other_worlds_are_seen_too(few):
+def test_observations_of_other_environments_are_collected_too(few):
     assert few(env_id="CartPole-v1", actions=2).shape == (3_000, 4)
     lake = few(env_id="FrozenLake-v1")
     assert_array_equal(lake.sum(axis=1), np.ones(3_000))  # one-hot

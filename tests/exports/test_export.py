@@ -27,7 +27,7 @@ from touchdown.runs.run import Run
 
 
 def made(runs_dir: Path, preset: str = "pilot", *, evaluated: bool = True) -> Run:
-    """A run as a training leaves it, without one."""
+    """A run as training leaves it, but with untrained weights."""
     config = presets.preset(preset)
     if config.algorithm == "dqn":
         config = replace(config, network=replace(config.network, hidden_sizes=(8,)))
@@ -46,9 +46,8 @@ def fresh(config: Config):
     if config.algorithm == "tabular":
         table = QTable(OneHot(16), 4, config.table)
         return table, np.random.default_rng(0).normal(size=64)
-    world = environment.make_env(config.env_id)
-    world.env.close()
-    network = make_network(config.network, world.spaces)
+    spaces = environment.spaces_of(config.env_id)
+    network = make_network(config.network, spaces)
     return network, np.asarray(network.init(jax.random.key(3)))
 
 
@@ -66,7 +65,7 @@ def header(card: str) -> dict:
     return yaml.safe_load(card.split("---\n")[1])
 
 
-def test_an_export_is_the_model_its_card_and_what_flies_it(exported):
+def test_an_export_holds_the_model_its_card_and_an_example(exported):
     assert [path.name for path in exported.files] == ["pilot-0.onnx", "fly_onnx.py", "README.md"]
     assert sorted(exported.files) == sorted(exported.folder.iterdir())
     assert exported.agreement.observations == 10_000
@@ -83,7 +82,7 @@ def test_the_model_flies_as_the_run_does(run, exported):
     assert flight.episode_return == pytest.approx(ours.episodes[2].episode_return)
 
 
-def test_the_model_says_where_it_comes_from(run, exported):
+def test_the_metadata_of_the_model_name_its_run(run, exported):
     metadata = OnnxModel(exported.files[0].read_bytes(), "test").metadata
     assert json.loads(metadata.pop("network"))["hidden_sizes"] == [8]
     assert metadata == {
@@ -134,7 +133,7 @@ def test_the_card_has_the_results_for_people_and_for_machines(run, exported):
     assert str(exported.agreement) in card
     assert "hidden_sizes = [\n    8,\n]" in card
     assert f"config digest: {run.config.digest}" in card
-    assert "after 12,345 observations" in card
+    assert "after 12,345 environment steps" in card
     assert f"trained with: touchdown {touchdown.__version__}, gymnasium " in card
 
 
@@ -146,7 +145,7 @@ def test_a_run_without_test_flights_has_a_card_that_says_so(tmp_path):
     assert "This run has no evaluation yet" in card
 
 
-def test_safetensors_are_the_runs_own_bytes(run, tmp_path, monkeypatch):
+def test_exported_safetensors_equal_the_weights_of_the_run(run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     export = touchdown.export(run.name, "safetensors", runs_dir=run.path.parent)
     assert export.folder == Path("pilot-0-safetensors")
@@ -166,9 +165,7 @@ def test_a_table_is_exported_too(tmp_path, monkeypatch):
     assert touchdown.evaluate(export.files[0], episodes=3).episodes == run.evaluation.episodes
 
 
-def test_a_pilot_that_comes_with_touchdown_is_exported_with_flights_of_its_own(
-    tmp_path, monkeypatch
-):
+def test_a_shipped_policy_is_exported_with_test_flights_of_its_own(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(agreement, "OBSERVATIONS", 500)
     config = presets.preset("ace")
@@ -186,7 +183,7 @@ def test_a_pilot_that_comes_with_touchdown_is_exported_with_flights_of_its_own(
     )
 
 
-def test_what_comes_with_touchdown_is_of_its_preset():
+def test_a_shipped_policy_has_the_network_of_its_preset():
     shipped = [path for path in lookup.SHIPPED.iterdir() if path.suffix == ".safetensors"]
     assert shipped
     for weights in shipped:
@@ -194,26 +191,26 @@ def test_what_comes_with_touchdown_is_of_its_preset():
         assert found.model.config == presets.preset(weights.stem).network
 
 
-def test_a_run_goes_before_a_pilot_that_comes_with_touchdown(tmp_path):
+def test_a_run_takes_precedence_over_a_shipped_policy_of_the_same_name(tmp_path):
     run = made(tmp_path / "runs", "pilot")
     run.path.rename(tmp_path / "runs" / "ace")
     export = touchdown.export("ace", "safetensors", runs_dir=tmp_path / "runs", out=tmp_path / "a")
     assert "preset `pilot`" in (export.folder / "README.md").read_text("utf-8")
 
 
-def test_what_is_there_is_not_written_over(run, tmp_path):
+def test_an_existing_file_or_folder_is_not_overwritten(run, tmp_path):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.txt").write_text("years of work")
     (tmp_path / "file").write_text("mine")
     for out in (tmp_path / "mine", tmp_path / "file", tmp_path):
-        with pytest.raises(touchdown.UserError, match="is there already; choose another folder"):
+        with pytest.raises(touchdown.UserError, match="exists already; choose another folder"):
             touchdown.export(run, out=out)
     with pytest.raises(touchdown.UserError, match="cannot be written"):
         touchdown.export(run, "safetensors", out=tmp_path / "file" / "inside")
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["file", "mine", "thesis.txt"]
 
 
-def test_a_model_that_flies_otherwise_is_not_written(run, tmp_path, monkeypatch):
+def test_a_model_that_acts_differently_is_not_written(run, tmp_path, monkeypatch):
     monkeypatch.setattr(agreement, "OBSERVATIONS", 100)
     monkeypatch.setattr("touchdown.exports.graph._activated", lambda _graph, x, _name: x)
     with pytest.raises(touchdown.UserError, match=r"of 100 actions differ.*nothing is written"):

@@ -26,7 +26,7 @@ def linear(weights: list[list[float]], bias: list[float]) -> tuple[QNetwork, np.
     return network, network.params_of({k: np.array(v, np.float32) for k, v in layers.items()})
 
 
-def test_a_linear_network_is_worked_out_in_the_head():
+def test_a_linear_network_gives_the_values_worked_out_by_hand():
     network, params = linear([[1, 0], [0, 1], [-1, -1]], [0, 0.5, 1])
     q, action = run(network, params, np.array([[2, 1], [0, 0], [1, 1.5]], np.float32))
     assert_array_equal(q, [[2, 1.5, -2], [0, 0.5, 1], [1, 2, -1.5]])
@@ -34,7 +34,7 @@ def test_a_linear_network_is_worked_out_in_the_head():
     assert (q.dtype, action.dtype) == (np.float32, np.int64)
 
 
-def test_of_equals_the_first_is_taken():
+def test_of_equal_values_the_first_action_is_taken():
     network, params = linear([[0, 0], [0, 0], [0, 0]], [1, 2, 2])
     assert_array_equal(run(network, params, np.ones((1, 2), np.float32))[1], [1])
 
@@ -57,15 +57,15 @@ def test_of_equals_the_first_is_taken():
     ],
     ids=str,
 )
-def test_every_network_gives_the_values_that_the_pilot_flies_by(settings):
+def test_every_network_gives_the_values_of_its_policy(settings):
     network = QNetwork(D, A, NetworkConfig(**{"hidden_sizes": (8, 6), **settings}))
-    # wider than fresh ones: no two parts of the network look alike, no normalisation is idle
+    # wider than at initialisation: no two parts are alike, and normalisation has an effect
     params = np.asarray(jax.random.normal(jax.random.key(1), (network.num_params,)))
     expected = np.asarray(network.values(params, OBSERVATIONS))
     q, action = run(network, params, OBSERVATIONS)
     assert_allclose(q, expected, rtol=2e-5, atol=2e-5)
     assert_array_equal(action, expected.argmax(axis=1))
-    assert np.ptp(expected, axis=0).min() > 0.1  # decoys: no action's value stands still
+    assert np.ptp(expected, axis=0).min() > 0.1  # decoys: the value of every action varies
 
 
 def test_any_number_of_observations_fits():
@@ -76,7 +76,7 @@ def test_any_number_of_observations_fits():
         assert (q.shape, action.shape) == ((count, A), (count,))
 
 
-def test_a_table_of_cells_is_looked_up_as_the_table_does_it():
+def test_a_table_over_a_grid_gives_the_values_of_its_policy():
     grid = Grid((2, 3, 4), (-1.0, 0.0, -2.0), (1.0, 0.3, 2.0))
     config = TableConfig(bins=grid.bins, bins_low=grid.low, bins_high=grid.high)
     params = np.random.default_rng(0).normal(size=24 * A)
@@ -91,7 +91,7 @@ def test_a_table_of_cells_is_looked_up_as_the_table_does_it():
     assert len(np.unique(q[:, 0])) == 24  # every cell was seen
 
 
-def test_a_table_of_states_is_looked_up_by_the_place_of_the_one():
+def test_a_table_of_states_is_looked_up_by_the_index_of_the_one_hot():
     table = QTable(OneHot(2), A, TableConfig())
     # in single precision the first row's last two are equal, and the first of equals would win
     rows = np.array([[0.0, 1.0, 1.0 + 1e-12], [3.0, 2.0, 1.0]])
@@ -100,7 +100,7 @@ def test_a_table_of_states_is_looked_up_by_the_place_of_the_one():
     assert_array_equal(action, [0, 2])
 
 
-def test_the_file_says_what_it_is_and_is_for_older_runtimes_too():
+def test_the_file_has_metadata_and_fixed_versions_for_older_runtimes():
     network, params = linear([[1, 0], [0, 1], [-1, -1]], [0, 0, 0])
     data = onnx_model(network, params, 2, A, {"env_id": "LunarLander-v3", "note": "ä"})
     made = onnx.load_model_from_string(data)

@@ -80,7 +80,7 @@ def test_moving_mean_agrees_with_the_loop():
     assert len(curve.moving_mean(values[:0])) == 0
 
 
-def test_learning_curve_shows_episodes_validations_and_the_choice(ax):
+def test_learning_curve_shows_episodes_validations_and_the_selected_checkpoint(ax):
     episodes = [episode(i, 10.0 * i) for i in range(5)]
     validations = [validation(200, 30), validation(400, 90), validation(500, 60)]
     assert curve.learning_curve(ax, episodes, validations, 400) is ax
@@ -93,7 +93,7 @@ def test_learning_curve_shows_episodes_validations_and_the_choice(ax):
     assert [text.get_text() for text in ax.texts] == ["solved: 200"]
 
 
-def test_threshold_is_drawn_where_it_is_and_left_out_on_request(ax):
+def test_threshold_is_drawn_at_its_value_and_left_out_on_request(ax):
     rows = [episode(0, 10), episode(1, 20)]
     curve.learning_curve(ax, rows, [], threshold=475)
     assert ax.texts[0].get_text() == "solved: 475"
@@ -134,7 +134,7 @@ def test_exploration_shows_epsilon_and_the_share_that_timed_out(ax):
 
 
 @pytest.mark.parametrize("episodes", [0, 1, 150])
-def test_learning_curve_becomes_a_sharp_file_of_any_run(tmp_path, episodes):
+def test_learning_curve_of_any_run_is_written_at_full_resolution(tmp_path, episodes):
     path = tmp_path / "curve.png"
     rows = [episode(i, -5.0 * i) for i in range(episodes)]
     curve.save_learning_curve(path, rows, [validation(50, 3)], 50, "a run")
@@ -149,14 +149,14 @@ def test_no_figure_is_kept_in_pyplot(tmp_path):
     assert not Gcf.get_all_fig_managers()
 
 
-def test_saved_figure_is_emptied(tmp_path):
+def test_saved_figure_is_cleared(tmp_path):
     figure = style.new_figure(2, 2)
     figure.subplots()
     style.save(figure, tmp_path / "empty.png")
     assert not figure.axes
 
 
-def test_missing_folder_is_told_in_one_line(tmp_path):
+def test_missing_folder_is_reported_in_one_line(tmp_path):
     path = tmp_path / "none" / "curve.png"
     with pytest.raises(UserError) as raised:
         curve.save_learning_curve(path, [episode(0, 1)], [], None, "a run")
@@ -202,14 +202,14 @@ def test_legend_counts_landings_and_names_the_outcomes_seen(ax):
     assert names == ["start", "landed", "crashed", "timed out"]
 
 
-def test_flights_become_a_sharp_file(tmp_path):
+def test_flights_are_written_at_full_resolution(tmp_path):
     path = tmp_path / "flights.png"
     flight_figure.save_flights(path, {"agent": [flight(0, "landed", 10)]}, "one flight")
     with Image.open(path) as image:
         assert image.size == (1680, 1280)
 
 
-def test_flights_of_another_world_are_refused(ax):
+def test_flights_of_another_environment_are_refused(ax):
     other = dataclasses.replace(flight(0, "terminated", 10), env_id="CartPole-v1", terrain=None)
     with pytest.raises(ValueError, match="CartPole-v1"):
         flight_figure.flights_overlay(ax, {"agent": [other]})

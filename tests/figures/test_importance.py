@@ -6,7 +6,7 @@ from touchdown.figures import importance
 SHARES = {"learning.gamma": 0.2, "learning.learning_rate": 0.7, "replay.resaves": 0.1}
 
 
-def test_the_setting_that_mattered_most_is_at_the_top():
+def test_the_most_important_setting_is_at_the_top():
     ax = importance.draw_importance(Figure().subplots(), SHARES)
     names = [text.get_text() for text in ax.get_yticklabels()]
     assert names == ["replay.resaves", "learning.gamma", "learning.learning_rate"]

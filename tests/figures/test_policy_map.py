@@ -14,22 +14,22 @@ LEFT, DOWN, RIGHT, UP = range(4)  # of the frozen lake
 TO_G = 1  # second of the taxi's destinations
 
 
-def world_of(env_id: str, **options) -> GridWorld:
-    world = grid_of(gym.make(env_id, **options))
-    assert world is not None
-    return world
+def gridworld(env_id: str, **options) -> GridWorld:
+    grid = grid_of(gym.make(env_id, **options))
+    assert grid is not None
+    return grid
 
 
-def preferring(world: GridWorld, actions: dict[int, int]) -> np.ndarray:
-    """A table in which states prefer an action; those that are not named know nothing."""
-    q = np.zeros((world.states.size, len(world.glyphs)))
+def preferring(grid: GridWorld, actions: dict[int, int]) -> np.ndarray:
+    """A table in which the named states prefer an action; the values of all others are equal."""
+    q = np.zeros((grid.states.size, len(grid.glyphs)))
     for state, action in actions.items():
         q[state, action] = 1.0
     return q
 
 
-def all_preferring(world: GridWorld, action: int) -> np.ndarray:
-    return preferring(world, dict.fromkeys(range(world.states.size), action))
+def all_preferring(grid: GridWorld, action: int) -> np.ndarray:
+    return preferring(grid, dict.fromkeys(range(grid.states.size), action))
 
 
 def glyphs_of(ax: Axes, gid: str) -> PathCollection:
@@ -45,15 +45,17 @@ def ax():
 
 @pytest.fixture
 def lake() -> GridWorld:
-    return world_of("FrozenLake-v1", desc=["SFH", "FFG"])
+    return gridworld("FrozenLake-v1", desc=["SFH", "FFG"])
 
 
 def test_a_policy_in_text_has_arrows_and_the_marks_of_cells_without_an_action(lake: GridWorld):
     q = preferring(lake, {0: DOWN, 1: LEFT, 2: RIGHT, 3: RIGHT, 4: UP, 5: LEFT})
-    assert policy_text(lake, q) == "↓ ← H\n→ ↑ G"  # none in the hole and the goal, whatever q says
+    assert (
+        policy_text(lake, q) == "↓ ← H\n→ ↑ G"
+    )  # none in the hole and the goal, though q has values
 
 
-def test_a_state_that_knows_nothing_has_no_arrow(lake: GridWorld):
+def test_a_state_with_equal_values_has_no_arrow(lake: GridWorld):
     assert policy_text(lake, np.full((6, 4), -3.0)) == "· · H\n· · G"
 
 
@@ -67,38 +69,38 @@ def test_of_several_best_actions_the_first_is_shown(lake: GridWorld):
     ("action", "row"), [(0, "↑ C C C C C C C C C C G"), (3, "← C C C C C C C C C C G")]
 )
 def test_the_cliff_is_at_the_bottom_between_start_and_goal(action: int, row: str):
-    world = world_of("CliffWalking-v1")
-    lines = policy_text(world, all_preferring(world, action)).split("\n")
+    grid = gridworld("CliffWalking-v1")
+    lines = policy_text(grid, all_preferring(grid, action)).split("\n")
     assert lines == [" ".join(row[0] * 12)] * 3 + [row]
 
 
 @pytest.mark.parametrize("env_id", ["FrozenLake-v1", "CliffWalking-v1", "Taxi-v4"])
-def test_every_arrow_points_where_the_world_goes(env_id: str):
+def test_every_arrow_points_where_the_environment_moves(env_id: str):
     env = gym.make(env_id, **({"is_slippery": False} if env_id == "FrozenLake-v1" else {}))
-    world = grid_of(env)
-    assert world is not None
+    grid = grid_of(env)
+    assert grid is not None
     way = {"←": (0, -1), "→": (0, 1), "↑": (-1, 0), "↓": (1, 0), "P": (0, 0), "D": (0, 0)}
-    acting = set(world.states[world.acts].tolist())
+    acting = set(grid.states[grid.acts].tolist())
     moved = set()
     for state in acting:
-        for action, glyph in enumerate(world.glyphs):
+        for action, glyph in enumerate(grid.glyphs):
             ((_, next_state, reward, _),) = env.unwrapped.P[state][action]
-            (here, there) = cells_of(world, [state, next_state])
+            (here, there) = cells_of(grid, [state, next_state])
             step = (there[0] - here[0], there[1] - here[1])
             assert step in {(0, 0), way[glyph]} or reward == -100  # a wall, or the fall
             moved.add(glyph if step == way[glyph] else "")
-    assert moved >= set(world.glyphs)
+    assert moved >= set(grid.glyphs)
 
 
 def test_the_taxi_s_text_has_a_map_for_each_passenger_and_destination_with_its_walls():
-    world = world_of("Taxi-v4")
-    q = all_preferring(world, 0)
-    q[world.states[4 * 4 + TO_G, 0, 4]] = [0, 0, 0, 0, 0, 9]  # in the taxi, at G, to G: drop off
-    lines = policy_text(world, q).split("\n")
+    grid = gridworld("Taxi-v4")
+    q = all_preferring(grid, 0)
+    q[grid.states[4 * 4 + TO_G, 0, 4]] = [0, 0, 0, 0, 0, 9]  # in the taxi, at G, to G: drop off
+    lines = policy_text(grid, q).split("\n")
     assert len(lines) == 5 * 7 + 4
     assert lines[0] == "passenger at R"
     assert lines[1] == "to R        to G        to Y        to B"
-    assert lines[2] == " " * 12 + "   ".join(["↓ ↓|↓ ↓ ↓"] * 3)  # R to R: brought already
+    assert lines[2] == " " * 12 + "   ".join(["↓ ↓|↓ ↓ ↓"] * 3)  # R to R: the passenger has arrived
     assert lines[6] == " " * 12 + "   ".join(["↓|↓ ↓|↓ ↓"] * 3)
     assert lines[-7] == "passenger in the taxi"
     assert lines[-5] == "↓ ↓|↓ ↓ ↓   ↓ ↓|↓ ↓ D   ↓ ↓|↓ ↓ ↓   ↓ ↓|↓ ↓ ↓"
@@ -106,33 +108,33 @@ def test_the_taxi_s_text_has_a_map_for_each_passenger_and_destination_with_its_w
 
 def test_the_taxi_s_cells_stand_for_the_states_that_it_encodes():
     env = gym.make("Taxi-v4").unwrapped
-    world = grid_of(env)
-    assert world is not None
+    grid = grid_of(env)
+    assert grid is not None
     for state in range(500):
         row, column, passenger, goal = env.decode(state)
-        assert world.states[passenger * 4 + goal, row, column] == state
-        assert world.acts[passenger * 4 + goal, row, column] == (passenger != goal)
+        assert grid.states[passenger * 4 + goal, row, column] == state
+        assert grid.acts[passenger * 4 + goal, row, column] == (passenger != goal)
     for letter, (row, column) in zip("RGYB", env.locs, strict=True):
-        assert world.letters[-1, row, column] == letter
+        assert grid.letters[-1, row, column] == letter
 
 
-def test_a_world_that_is_no_grid_has_no_map():
+def test_an_environment_that_is_not_a_gridworld_has_no_map():
     assert grid_of(gym.make("CartPole-v1")) is None
 
 
-def test_states_have_the_cells_that_they_lie_in(lake: GridWorld):
+def test_cells_of_states_are_found(lake: GridWorld):
     assert cells_of(lake, [0, 2, 4]) == [(0, 0), (0, 2), (1, 1)]
     taxi = gym.make("Taxi-v4").unwrapped
-    assert cells_of(world_of("Taxi-v4"), [taxi.encode(3, 1, 2, 0)]) == [(3, 1)]
+    assert cells_of(gridworld("Taxi-v4"), [taxi.encode(3, 1, 2, 0)]) == [(3, 1)]
 
 
-def test_a_table_of_another_world_is_refused(lake: GridWorld, ax: Axes):
-    for draw in (greedy_glyphs, policy_text, lambda world, q: draw_policy(ax, world, q)):
+def test_a_table_of_another_environment_is_refused(lake: GridWorld, ax: Axes):
+    for draw in (greedy_glyphs, policy_text, lambda grid, q: draw_policy(ax, grid, q)):
         with pytest.raises(ValueError, match=r"q must be \[6, 4\]"):
             draw(lake, np.zeros((6, 3)))
 
 
-def test_a_world_whose_maps_do_not_fit_its_names_is_refused(lake: GridWorld):
+def test_a_gridworld_whose_maps_do_not_match_its_names_is_refused(lake: GridWorld):
     with pytest.raises(ValueError, match=r"must be \[2, R, C\]"):
         GridWorld(
             glyphs=lake.glyphs,
@@ -180,16 +182,18 @@ def test_a_table_of_one_value_is_drawn_as_well(lake: GridWorld, ax: Axes):
 
 
 def test_the_taxi_s_maps_lie_side_by_side_with_their_names_and_walls(ax: Axes):
-    world = world_of("Taxi-v4")
-    draw_policy(ax, world, all_preferring(world, 1))
-    assert len(glyphs_of(ax, "actions").get_paths()) == 16 * 25  # none where all was brought
+    grid = gridworld("Taxi-v4")
+    draw_policy(ax, grid, all_preferring(grid, 1))
+    assert (
+        len(glyphs_of(ax, "actions").get_paths()) == 16 * 25
+    )  # none where the passenger has arrived
     assert {text.get_text() for text in ax.texts} >= {"passenger in the taxi", "to B"}
     (walls,) = [artist for artist in ax.collections if isinstance(artist, LineCollection)]
     assert len(walls.get_segments()) == 16 * 6
     assert ax.get_xlim() == (-0.05, 23.05)  # 4 maps of 5 and 3 gaps
 
 
-def test_a_path_runs_through_its_cells_middles_from_a_ring_to_a_dot(ax: Axes):
+def test_a_path_runs_through_the_centres_of_its_cells_from_a_ring_to_a_dot(ax: Axes):
     assert draw_path(ax, [(1, 0), (0, 0), (0, 1)], style.RED, "SARSA", offset=0.25) is ax
     _, line, ring, dot = ax.lines
     assert_array_equal(line.get_xydata(), [[0.75, 1.75], [0.75, 0.75], [1.75, 0.75]])

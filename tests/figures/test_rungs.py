@@ -9,16 +9,18 @@ from PIL import Image
 from touchdown.core.errors import UserError
 from touchdown.figures import rungs
 
-# two seeds, validated at observations of their own; they differ by 2 throughout
+# two seeds, validated at different steps; their returns differ by 2 everywhere
 LOW = ([0, 50, 100], [0.0, 50.0, 100.0])
 HIGH = ([20, 120], [22.0, 122.0])
 
 
-def test_a_mean_is_taken_where_all_curves_reach_with_students_interval():
+def test_the_mean_covers_the_steps_of_all_curves_with_students_interval():
     at, mean, half = rungs.mean_and_interval([LOW, HIGH])
     assert (at[0], at[-1], len(at)) == (20, 100, 200)
     assert_allclose(mean, at + 1)  # between x and x + 2
-    assert_allclose(half, 12.706, rtol=1e-4)  # t = 12.706 of two, times a standard error of 1
+    assert_allclose(
+        half, 12.706, rtol=1e-4
+    )  # t = 12.706 for two seeds, times a standard error of 1
 
 
 def test_three_seeds_have_a_narrower_interval_than_two():
@@ -27,7 +29,7 @@ def test_three_seeds_have_a_narrower_interval_than_two():
     assert_allclose(half, 4.3027 * 3 / 3**0.5, rtol=1e-4)  # a deviation of 3
 
 
-def test_one_seed_is_its_own_line_without_an_interval():
+def test_one_seed_is_drawn_without_an_interval():
     at, mean, half = rungs.mean_and_interval([LOW])
     assert_allclose(mean, at)
     assert not half.any()

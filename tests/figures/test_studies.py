@@ -53,7 +53,7 @@ def test_long_numbers_on_an_axis_are_short():
     assert [text.get_text() for text in ax.get_xticklabels()] == ["100", "10k"]
 
 
-def test_a_list_of_levels_reads_from_the_top_and_names_what_it_is_compared_with():
+def test_a_list_of_levels_reads_from_the_top_and_names_the_lines_to_compare_with():
     rows = [Row("dqn", LOW), Row("target", HIGH, is_base=True)]
     ax = figures.draw_rows(new_axes(), rows, {"PID": 222.0})
     assert [text.get_text() for text in ax.get_yticklabels()] == ["dqn", "target"]
@@ -65,7 +65,7 @@ def test_a_list_of_levels_reads_from_the_top_and_names_what_it_is_compared_with(
     assert len(colours) == 3
 
 
-def test_a_map_says_mean_and_seeds_of_each_cell_and_leaves_out_what_is_missing():
+def test_a_map_shows_the_mean_and_seeds_of_each_cell_and_leaves_out_missing_cells():
     cells = {(0, 0): LOW, (1, 0): HIGH, (1, 1): np.array([150.0])}
     ax = figures.draw_map(new_axes(), ("decay", ["0.9", "0.99"]), ("γ", ["0.95", "0.99"]), cells)
     texts = {text.get_text(): text.get_position() for text in ax.texts}
@@ -76,21 +76,21 @@ def test_a_map_says_mean_and_seeds_of_each_cell_and_leaves_out_what_is_missing()
     }
 
 
-def test_numbers_have_room_and_outliers_do_not_squeeze_the_rest():
+def test_numbers_have_a_margin_and_outliers_do_not_squeeze_the_rest():
     ax = figures.finish(new_axes(), "return", [np.array([-4_000.0, 100.0, 200.0])], "y")
     assert -400 < ax.get_ylim()[0] < -300
     assert 200 < ax.get_ylim()[1] < 400
     assert ax.get_ylabel() == "return"
 
 
-def test_an_axis_reaches_over_the_intervals_and_what_stands_beside_them():
+def test_an_axis_covers_the_intervals_and_the_other_numbers():
     ax = figures.finish(new_axes(), "return", [LOW, HIGH], "x", others=[-180.0])
     # 210 ± 4.303 standard errors of 10 / √3
     assert ax.get_xlim()[1] > 234.8
     assert ax.get_xlim()[0] < -180
 
 
-def test_shares_are_per_cent_from_nothing():
+def test_shares_are_in_per_cent_from_zero():
     ax = figures.finish(
         new_axes(), "share", [np.array([0.2, 0.2]), np.array([0.5])], "x", shares=True
     )

@@ -9,7 +9,7 @@ from PIL import Image
 from touchdown.core.errors import UserError
 from touchdown.figures import wall_clock
 
-# what each of two seeds held: a policy counts until the next one, never on the way to it
+# the policies of two seeds: each is held until the next, with no interpolation
 EARLY = ([1.0, 10.0, 100.0], [-100.0, 200.0, 200.0])
 LATE = ([2.0, 50.0, 80.0], [-300.0, 100.0, 100.0])
 
@@ -20,15 +20,15 @@ def test_a_range_begins_where_all_seeds_hold_a_policy_and_ends_with_the_last():
     assert_allclose(np.diff(np.log(at)), np.log(50) / 399)  # even on a logarithmic axis
 
 
-def test_a_policy_is_held_until_the_next_one_and_the_last_for_good():
+def test_a_policy_is_held_until_the_next_one_and_the_last_is_kept():
     at, mean, least, most = wall_clock.range_over_seeds([EARLY, LATE])
     for seconds, early, late in ((3.0, -100, -300), (20.0, 200, -300), (90.0, 200, 100)):
         index = np.searchsorted(at, seconds)
         assert (least[index], most[index], mean[index]) == (late, early, (early + late) / 2)
-    assert (least[-1], most[-1]) == (100, 200)  # LATE ended at 80 and still holds
+    assert (least[-1], most[-1]) == (100, 200)  # LATE ended at 80 and keeps its policy
 
 
-def test_a_policy_counts_from_its_very_second():
+def test_a_policy_is_held_from_its_own_second():
     _, mean, *_ = wall_clock.range_over_seeds([LATE])
     assert (mean[0], mean[-1]) == (-300, 100)
 

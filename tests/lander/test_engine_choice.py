@@ -1,4 +1,4 @@
-"""What flies the lander where ours and stock's would do the same."""
+"""Which engine simulates the lander."""
 
 import numpy as np
 import pytest
@@ -16,13 +16,13 @@ def nothing_chosen(monkeypatch) -> None:
 
 
 @pytest.mark.usefixtures("nothing_chosen")
-def test_ours_flies_where_it_was_built():
+def test_the_exact_engine_is_the_default_where_it_was_built():
     assert engines.engine_in_use() == "exact"
     assert isinstance(environment.make_env(engine=engines.engine_in_use()).env.unwrapped, LanderEnv)
 
 
 @pytest.mark.usefixtures("nothing_chosen")
-def test_stock_can_be_asked_for_and_then_flies():
+def test_stock_is_used_when_it_is_chosen():
     engines.use_engine("gymnasium")
     assert engines.engine_in_use() == "gymnasium"
     assert not isinstance(
@@ -31,7 +31,7 @@ def test_stock_can_be_asked_for_and_then_flies():
 
 
 @pytest.mark.usefixtures("nothing_chosen")
-def test_without_ours_stock_flies_and_says_so_once(monkeypatch):
+def test_without_the_exact_engine_stock_is_used_with_one_warning(monkeypatch):
     monkeypatch.setattr(engines, "_built", False)
     with pytest.warns(UserWarning, match="no C.. compiler when touchdown was installed"):
         assert engines.engine_in_use() == "gymnasium"
@@ -41,9 +41,9 @@ def test_without_ours_stock_flies_and_says_so_once(monkeypatch):
 
 
 @pytest.mark.usefixtures("nothing_chosen")
-def test_other_worlds_are_stock_whatever_flies_the_lander():
-    world = environment.make_env("CartPole-v1", engine="exact")
-    assert world.spaces[:2] == (4, 2)
+def test_other_environments_are_always_gymnasiums_own():
+    made = environment.make_env("CartPole-v1", engine="exact")
+    assert made.spaces[:2] == (4, 2)
 
 
 @pytest.mark.usefixtures("nothing_chosen")
@@ -56,7 +56,7 @@ def test_an_unknown_engine_is_refused(capsys):
     assert "Traceback" not in capsys.readouterr().err
 
 
-def test_one_start_is_the_same_flight_on_both():
+def test_one_start_gives_the_same_flight_on_both_engines():
     flown = []
     for engine in ("exact", "gymnasium"):
         env = environment.make_env(engine=engine).env

@@ -1,4 +1,4 @@
-"""Whatever is done to a batch of landers in whatever order, each flies as a stock one would."""
+"""Any sequence of operations on a batch of landers leaves each lander as a stock one would be."""
 
 import gymnasium
 import numpy as np
@@ -8,25 +8,25 @@ from hypothesis.stateful import Bundle, RuleBasedStateMachine, initialize, invar
 
 from touchdown.lander.vector import LanderVectorEnv
 
-LIMIT = 120  # steps: past the first touch of a lander that falls
+LIMIT = 120  # steps: beyond the first ground contact of a falling lander
 LANDERS = st.integers(0, 3)
 
 
 class StockTwin:
-    """One stock lander that can be put where another is: by flying its whole past again."""
+    """A stock lander that can be copied: the copy repeats the whole past of the original."""
 
     def __init__(self, past: list[tuple[str, int | None]]) -> None:
         self.past: list[tuple[str, int | None]] = []
         self._env = gymnasium.make("LunarLander-v3", disable_env_checker=True)
         self._env = gymnasium.wrappers.TimeLimit(self._env.unwrapped, LIMIT)
         self.seen: tuple = ()
-        for deed, value in past:
-            self.do(deed, value)
+        for operation, value in past:
+            self.do(operation, value)
 
-    def do(self, deed: str, value: int | None) -> None:
-        self.past.append((deed, value))
-        if deed == "reset" or self.ended:  # the autoreset of the next step
-            o, _ = self._env.reset(seed=value if deed == "reset" else None)
+    def do(self, operation: str, value: int | None) -> None:
+        self.past.append((operation, value))
+        if operation == "reset" or self.ended:  # the autoreset of the next step
+            o, _ = self._env.reset(seed=value if operation == "reset" else None)
             self.seen = (o, 0.0, False, False)
         else:
             o, reward, terminated, truncated, _ = self._env.step(value)
@@ -69,7 +69,7 @@ class Interleavings(RuleBasedStateMachine):
     def reset_one(self, lander: int, seed: int | None) -> None:
         i = self.index(lander)
         mask = np.arange(self.env.num_envs) == i
-        seeds = [seed if chosen else 1 for chosen in mask]  # the others' are not looked at
+        seeds = [seed if chosen else 1 for chosen in mask]  # the seeds of the others are not used
         self.observations, _ = self.env.reset(seed=seeds, options={"reset_mask": mask})
         self.twins[i].do("reset", seed)
 
@@ -94,7 +94,7 @@ class Interleavings(RuleBasedStateMachine):
 
     @rule(count=st.integers(1, 4))
     def resize(self, count: int) -> None:
-        """A batch of another size, each lander put where one of the old ones is."""
+        """A batch of another size, with the states of the old landers."""
         old, pasts = self.env, [twin.past for twin in self.twins]
         self.env = LanderVectorEnv(count, max_episode_steps=LIMIT)
         sources = [i % old.num_envs for i in range(count)]
@@ -109,8 +109,8 @@ class Interleavings(RuleBasedStateMachine):
             return
         for i, twin in enumerate(self.twins):
             assert self.observations[i].tobytes() == twin.seen[0].tobytes()
-            inside = twin._env.unwrapped
-            bodies = [inside.lander, *inside.legs]
+            stock = twin._env.unwrapped
+            bodies = [stock.lander, *stock.legs]
             states = self.env.states()
             places = np.array([tuple(body.position) for body in bodies], np.float32)
             assert states.positions[i].tobytes() == places.tobytes()

@@ -23,7 +23,7 @@ def actions_of(rng: np.random.Generator, count: int, settings: dict) -> np.ndarr
 @pytest.mark.parametrize("settings", [{}, WINDY], ids=["discrete", "continuous with wind"])
 @pytest.mark.parametrize("mode", list(AutoresetMode))
 def test_many_landers_are_stock_landers_byte_for_byte(mode: AutoresetMode, settings: dict):
-    count = 21  # fills no number of lanes
+    count = 21  # not a multiple of any number of lanes
     stock = SyncVectorEnv(
         [lambda: gymnasium.make("LunarLander-v3", **settings)] * count, autoreset_mode=mode
     )
@@ -52,7 +52,7 @@ def test_many_landers_are_stock_landers_byte_for_byte(mode: AutoresetMode, setti
     assert ends > 0
 
 
-def test_the_time_limit_truncates_as_stock_s_does():
+def test_the_time_limit_truncates_as_in_stock():
     envs = [LanderVectorEnv(1, max_episode_steps=30), LanderVectorEnv(1)]
     for env in envs:
         env.reset(seed=3)
@@ -60,9 +60,9 @@ def test_the_time_limit_truncates_as_stock_s_does():
     assert ends == [[False] * 29 + [True], [False] * 30]
 
 
-@pytest.mark.filterwarnings("ignore")  # the checker also warns of what stock does
+@pytest.mark.filterwarnings("ignore")  # the checker warns of stock's own behaviour too
 @pytest.mark.parametrize("env_id", ["LunarLander-v3", "LunarLanderContinuous-v3"])
-def test_gymnasium_s_checker_finds_nothing(env_id: str):
+def test_gymnasiums_checker_finds_nothing(env_id: str):
     env = gymnasium.make(f"touchdown/{env_id}")
     check_env(env.unwrapped, skip_render_check=True)
     env.close()
@@ -84,7 +84,7 @@ def test_gymnasium_makes_it_by_its_id_one_or_many():
     assert many.reset(seed=1)[0][0].tobytes() == stock.reset(seed=1)[0].tobytes()
 
 
-def test_a_snapshot_goes_on_mid_flight_generator_and_clock_included():
+def test_a_snapshot_continues_mid_flight_with_its_generator_and_step_count():
     env = LanderVectorEnv(3, max_episode_steps=40)
     env.reset(seed=5)
     rng = np.random.default_rng(1)
@@ -101,7 +101,7 @@ def test_a_snapshot_goes_on_mid_flight_generator_and_clock_included():
             assert a.tobytes() == b.tobytes()
 
 
-def test_what_flies_in_a_lane_does_not_depend_on_its_neighbours():
+def test_a_lander_does_not_depend_on_the_others_in_its_batch():
     many, few = LanderVectorEnv(50), LanderVectorEnv(2)
     many.reset(seed=0)
     few.reset(seed=[33, 8])
@@ -114,7 +114,7 @@ def test_what_flies_in_a_lane_does_not_depend_on_its_neighbours():
 
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))
-def test_arrays_handed_in_are_written_in_place_and_returned(mode: AutoresetMode):
+def test_given_arrays_are_written_in_place_and_returned(mode: AutoresetMode):
     given, fresh = LanderVectorEnv(4, autoreset_mode=mode), LanderVectorEnv(4, autoreset_mode=mode)
     given.reset(seed=1)
     fresh.reset(seed=1)
@@ -156,7 +156,7 @@ def test_a_reset_by_mask_leaves_the_others_in_flight_as_stock_does():
             ours.reset(options={"reset_mask": mask})
 
 
-def test_a_copy_flies_on_as_its_original_does():
+def test_a_copy_continues_as_its_original_does():
     env = LanderVectorEnv(5, max_episode_steps=150)
     env.reset(seed=0)
     rng = np.random.default_rng(1)
@@ -169,7 +169,7 @@ def test_a_copy_flies_on_as_its_original_does():
 
 
 @pytest.mark.parametrize("engine", ["exact", "gymnasium"])
-def test_either_engine_is_made_by_the_same_call(engine: str):
+def test_the_same_call_makes_either_engine(engine: str):
     env = touchdown.lander.make_vec(2, engine=engine, gravity=-5.0, autoreset_mode="SameStep")
     assert env.metadata["autoreset_mode"] == AutoresetMode.SAME_STEP
     one = touchdown.lander.make(engine=engine, gravity=-5.0)
@@ -184,7 +184,7 @@ def test_either_engine_is_made_by_the_same_call(engine: str):
         touchdown.lander.make_vec(2, engine="exakt")
 
 
-def test_what_is_closed_says_so():
+def test_a_closed_environment_raises():
     many, one = LanderVectorEnv(1), LanderEnv()
     for env in (many, one):
         env.reset(seed=0)
@@ -201,7 +201,7 @@ def test_the_instruction_set_has_a_name():
     assert simd() in {"avx512", "avx2", "baseline"}
 
 
-def test_nonsense_is_refused_and_named():
+def test_invalid_arguments_are_refused_by_name():
     with pytest.raises(ValueError, match="num_envs = 0: must be at least 1"):
         LanderVectorEnv(0)
     with pytest.raises(ValueError, match=r"gravity = -12\.0"):

@@ -27,7 +27,7 @@ COLUMN, ROW = 300, 160  # of the hull that `hovering` holds in place, on the 600
 
 
 class Always:
-    """One action, whatever is seen."""
+    """One action for any observation."""
 
     def __init__(self, action: int) -> None:
         self.action = action
@@ -37,7 +37,7 @@ class Always:
 
 
 def hovering(*actions: int, outcome: Outcome = "timed out") -> Flight:
-    """Upright and still at x = 10, y = 8 over a flat moon, whatever the engines do."""
+    """Upright and still at x = 10, y = 8 over a flat moon, regardless of the engines."""
     steps = len(actions)
     body = [[10, 8, 0], [10.7, 7.7, -0.1], [9.3, 7.7, 0.1]]
     return Flight(
@@ -55,9 +55,9 @@ def hovering(*actions: int, outcome: Outcome = "timed out") -> Flight:
 
 
 def near(image: Image.Image, colour: tuple[int, int, int]) -> np.ndarray:
-    """Rows and columns of the world's pixels that have nearly this colour: [n, 2]."""
-    world = np.asarray(image)[:400].astype(int)
-    return np.argwhere(np.abs(world - colour).max(-1) < 12)
+    """Rows and columns of the pixels above the dashboard of nearly this colour: [n, 2]."""
+    pixels = np.asarray(image)[:400].astype(int)
+    return np.argwhere(np.abs(pixels - colour).max(-1) < 12)
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +81,7 @@ def shortened(flight: Flight, steps: int) -> Flight:
 
 
 def video_stream(path) -> str:
-    """What ffmpeg says of a file's video."""
+    """The description of a file's video by ffmpeg."""
     command = [imageio_ffmpeg.get_ffmpeg_exe(), "-i", str(path)]
     said = subprocess.run(command, stderr=subprocess.PIPE, text=True, check=False).stderr
     (line,) = (line for line in said.splitlines() if "Video:" in line)
@@ -155,7 +155,7 @@ def test_trail_leads_from_the_start_to_the_lander():
     assert row[-20:].mean() > row[:20].mean()  # it fades
 
 
-def test_lander_above_the_picture_is_pointed_at():
+def test_lander_above_the_picture_has_a_marker():
     seen, lost = hovering(IDLE), hovering(IDLE)
     lost.bodies[:, :, 1] += 9
     pointer = near(Scene(lost).frame(1), (240, 243, 250))
@@ -171,7 +171,7 @@ def test_lander_far_above_and_aside_still_draws():
     assert Scene(flight).frame(2).size == (600, 450)
 
 
-def test_velocity_is_in_metres_a_second(landing):
+def test_velocity_is_in_metres_per_second(landing):
     for step in (20, 60):
         moved = (landing.bodies[step + 1, 0, :2] - landing.bodies[step, 0, :2]) * 50
         # the position moves by the velocity after the step, up to the solver's correction
@@ -183,7 +183,7 @@ def test_outcome_is_written_on_the_last_picture_alone(outcome):
     flight = hovering(IDLE, IDLE, IDLE, outcome=outcome)
     images = [picture.image for picture in films.pictures(flight)]
     *before, last = (len(near(image, OUTCOME_COLOURS[outcome])) for image in images)
-    assert len(set(before)) == 1  # what else there is of the colour, such as the flags
+    assert len(set(before)) == 1  # other pixels of the colour, such as the flags
     assert last > before[0] + 1000
 
 
@@ -240,7 +240,7 @@ def test_mp4_has_every_step_and_holds_the_last(tmp_path, landing):
     assert "yuv420p" in stream
     assert "900x676" in stream
     data = path.read_bytes()
-    assert data.index(b"moov") < data.index(b"mdat")  # it plays before it is there whole
+    assert data.index(b"moov") < data.index(b"mdat")  # it can play before it has loaded completely
 
 
 def test_pictures_of_odd_size_become_an_mp4(tmp_path):
@@ -254,7 +254,7 @@ def test_pictures_of_odd_size_become_an_mp4(tmp_path):
     assert "62x46" in video_stream(path)
 
 
-def test_another_world_is_shown_as_it_drew_itself(tmp_path, balancing):
+def test_another_environment_is_shown_by_its_own_frames(tmp_path, balancing):
     path = tmp_path / "balancing.gif"
     films.write_video(balancing, path)
     with Image.open(path) as film:
@@ -291,7 +291,7 @@ def test_other_suffixes_are_refused(tmp_path, landing, name):
     assert str(raised.value) == f"{path}: must end in .gif or .mp4"
 
 
-def test_places_that_hold_no_film_are_refused_before_flying(tmp_path, monkeypatch):
+def test_paths_that_cannot_be_written_are_refused_before_flying(tmp_path, monkeypatch):
     with pytest.raises(UserError, match="there is no folder"):
         films.check_video_path(tmp_path / "none" / "film.gif")
     (tmp_path / "folder.gif").mkdir()
@@ -302,7 +302,7 @@ def test_places_that_hold_no_film_are_refused_before_flying(tmp_path, monkeypatc
         films.check_video_path(tmp_path / "film.gif")
 
 
-def test_full_disk_is_told_in_one_line_and_leaves_nothing(tmp_path, landing, monkeypatch):
+def test_full_disk_is_reported_in_one_line_and_leaves_nothing(tmp_path, landing, monkeypatch):
     def fail(path):
         raise OSError(28, "No space left on device", str(path))
 
@@ -315,7 +315,9 @@ def test_full_disk_is_told_in_one_line_and_leaves_nothing(tmp_path, landing, mon
     assert [file.name for file in tmp_path.iterdir()] == ["film.gif"]
 
 
-def test_ffmpeg_that_fails_is_told_in_one_line_and_leaves_nothing(tmp_path, landing, monkeypatch):
+def test_a_failure_of_ffmpeg_is_reported_in_one_line_and_leaves_nothing(
+    tmp_path, landing, monkeypatch
+):
     broken = tmp_path / "ffmpeg"
     broken.write_text("#!/bin/sh\necho 'no such\nencoder' >&2\nexit 1\n")
     broken.chmod(0o755)
@@ -342,7 +344,7 @@ def test_window_flies_the_same_episode_as_a_recording(monkeypatch, balancing):
     assert flight.frames is None
 
 
-def test_ghosts_stand_apart(landing):
+def test_ghosts_do_not_overlap(landing):
     places = [tuple(landing.bodies[step, 0, :2]) for step in Scene(landing).ghosts()]
     assert len(places) >= 3
     for one, other in pairwise(places):

@@ -10,7 +10,7 @@ from touchdown.stats.compare import MOST_SEEDS, best_of, compare, holm, margin, 
 pytestmark = pytest.mark.usefixtures("without_collecting")
 
 
-def test_every_pair_won_is_an_improvement_for_sure():
+def test_winning_every_pair_is_a_certain_improvement():
     found = compare([1, 2, 3], [11, 12, 13])
     assert found.difference.value == 10
     assert found.probability_of_improvement.value == 1
@@ -25,7 +25,7 @@ def test_ties_count_half():
     assert compare([1, 2], [2, 3]).probability_of_improvement.value == 3.5 / 4
 
 
-def test_swapping_the_sides_turns_everything_round():
+def test_swapping_the_sides_negates_the_comparison():
     one, other = [1.0, 4.0, 2.0], [3.0, 9.0, 5.0, 4.0]
     ab, ba = compare(one, other), compare(other, one)
     assert_allclose(ab.difference.low, -ba.difference.high)
@@ -35,19 +35,19 @@ def test_swapping_the_sides_turns_everything_round():
     assert ab.effect == -ba.effect
 
 
-def test_seeds_that_all_agree_are_the_same_or_they_are_not():
+def test_groups_without_variance_are_equal_or_certainly_different():
     same, different = compare([5, 5], [5, 5]), compare([5, 5], [6, 6])
     assert (same.p_value, same.seeds_needed()) == (1, None)
     assert (different.p_value, different.seeds_needed()) == (0, 2)
 
 
-def test_seeds_that_all_agree_on_one_side_are_compared_without_a_warning():
+def test_a_side_without_variance_is_compared_without_a_warning():
     found = compare([82.35, 82.35, 82.35], [210, 214, 218])
     # the base has no variance: Student's t of the other alone
     assert_allclose(found.p_value, stats.ttest_1samp([210, 214, 218], 82.35).pvalue, rtol=1e-6)
 
 
-def test_a_difference_that_hardly_is_one_is_given_up():
+def test_a_tiny_difference_needs_too_many_seeds():
     rng = np.random.default_rng(0)
     sample = rng.normal(size=20)
     found = compare(sample, sample + 0.01)
@@ -55,7 +55,7 @@ def test_a_difference_that_hardly_is_one_is_given_up():
     assert compare(sample, sample + 1).seeds_needed() < MOST_SEEDS
 
 
-def test_as_many_seeds_as_are_said_to_be_needed_find_it_four_times_in_five():
+def test_the_seeds_needed_detect_the_difference_four_times_in_five():
     rng = np.random.default_rng(0)
     base = stats.zscore(np.arange(6.0), ddof=1)
     needed = compare(base, base + 1).seeds_needed()
@@ -72,7 +72,7 @@ def test_a_stricter_test_needs_more_seeds():
         assert found.seeds_needed(0.005) > found.seeds_needed(0.05)
 
 
-def test_holm_multiplies_the_least_by_their_number():
+def test_holm_multiplies_the_smallest_by_their_number():
     assert_allclose(holm([0.01, 0.04, 0.03]), [0.03, 0.06, 0.06])
     assert holm([]) == []
 
@@ -89,7 +89,7 @@ def test_holm_errs_in_one_family_of_twenty():
     assert wrong < 0.065
 
 
-def test_what_rises_at_every_level_has_a_tau_near_one():
+def test_numbers_that_rise_at_every_level_have_a_tau_near_one():
     rising = trend([[1, 2], [3, 4], [5, 6]])
     falling = trend([[5, 6], [3, 4], [1, 2]])
     # 12 of 15 pairs agree, 3 tie in the level: 12 / √(12 · 15)
@@ -98,14 +98,14 @@ def test_what_rises_at_every_level_has_a_tau_near_one():
     assert rising.p_value == falling.p_value < 0.05
 
 
-def test_a_level_line_is_no_trend():
+def test_constant_numbers_have_no_trend():
     assert trend([[3, 3], [3, 3]]) == trend([[1, 1], [1, 1], [1, 1]])
     assert trend([[3, 3], [3, 3]]).seeds_needed() is None
     with pytest.raises(ValueError, match="at least 2 levels"):
         trend([[1, 2]])
 
 
-def test_a_weak_trend_takes_more_seeds():
+def test_a_weak_trend_needs_more_seeds():
     rng = np.random.default_rng(0)
     noise = rng.normal(size=(4, 5))
     weak = trend(noise + 0.3 * np.arange(4)[:, None])
@@ -130,7 +130,7 @@ def test_a_mean_of_three_is_resampled_as_widely_as_it_is_uncertain():
     # two levels of standard normals: one is best half of the time, over all data
     rng = np.random.default_rng(0)
     shares = [best_of(rng.normal(size=(2, 3)), seed=i)[0] for i in range(150)]
-    # as sure as this is how often it is wrong; t with 3 seeds has heavier ends
+    # the share by chance at this level of certainty; t with 3 seeds has heavier tails
     sure = [max(share, 1 - share) > 0.95 for share in shares]
     assert np.mean(sure) < 0.2
 
@@ -145,7 +145,7 @@ def test_a_mean_is_above_or_below_a_number():
     assert below.p_above > 0.99
 
 
-def test_numbers_that_all_agree_are_beyond_doubt():
+def test_a_mean_without_variance_is_certain():
     assert margin([5, 5], 4).p_above == 0
     assert margin([5, 5], 4).p_below == 1
     assert margin([5, 5], 5).p_above == margin([5, 5], 5).p_below == 0.5

@@ -10,7 +10,7 @@ from touchdown.stats import seeds
 from touchdown.stats.seeds import mean_interval, summarise_seeds, tolerance_band
 
 
-def test_the_mean_has_the_interval_of_a_textbook():
+def test_the_mean_has_the_interval_of_the_textbook():
     # mean 2, sd 1, t(2) = 4.303: 2 ± 4.303 / √3
     interval = mean_interval([1, 2, 3])
     assert interval.value == 2
@@ -23,7 +23,7 @@ def test_one_seed_is_an_interval_of_itself_and_has_no_band():
     assert summarise_seeds([7.0, 8.0]).band is None
 
 
-def test_seeds_that_all_agree_leave_nothing_open():
+def test_equal_seeds_have_intervals_of_no_width():
     summary = summarise_seeds([5.0] * 4)
     assert (summary.mean.low, summary.iqm.high, summary.band) == (5, 5, (5, 5))
 
@@ -33,19 +33,19 @@ def test_the_interquartile_mean_leaves_out_a_quarter_at_each_end():
 
 
 @pytest.mark.parametrize("values", [[], [1.0, math.nan], [math.inf], [[1.0], [2.0]]])
-def test_what_is_no_list_of_numbers_is_refused(values):
+def test_values_that_are_not_a_list_of_numbers_are_refused(values):
     with pytest.raises(ValueError, match="values"):
         summarise_seeds(values)
 
 
-def test_the_factor_of_the_band_is_that_of_the_tables():
+def test_the_factor_of_the_band_is_that_of_published_tables():
     # Howe's k for 90% of a population with 95% confidence, n = 10: 2.84
     sample = np.random.default_rng(0).normal(size=10)
     low, high = tolerance_band(sample, content=0.9, confidence=0.95)
     assert_allclose((high - low) / 2 / statistics.stdev(sample), 2.84, rtol=0.01)
 
 
-def test_the_band_holds_its_share_of_seeds_as_often_as_it_says():
+def test_the_band_contains_its_share_of_seeds_with_its_confidence():
     rng = np.random.default_rng(1)
     held = []
     for _ in range(1_000):

@@ -37,7 +37,7 @@ def test_interquartile_mean_is_the_mean_of_the_middle_half(values: list[float], 
     assert interquartile_mean(values) == pytest.approx(expected)
 
 
-def test_interquartile_mean_goes_along_an_axis():
+def test_interquartile_mean_is_taken_along_an_axis():
     table = np.array([[-900, 3, 5, 700], [0, 1, 2, 900]])
     assert interquartile_mean(table).tolist() == [4, 1.5]
     assert interquartile_mean(table.T, axis=0).tolist() == [4, 1.5]
@@ -88,7 +88,7 @@ def test_an_interval_of_no_values_is_refused():
 # --- the summary ---
 
 
-def test_solved_are_the_episodes_that_reach_the_threshold_or_pass_it():
+def test_episodes_at_or_above_the_threshold_are_solved():
     assert summary_of([199.9, 200.0, 200.1, -200.0]).share_solved == 0.5
     assert summary_of([199.9, 200.0, 200.1, -200.0], threshold=-300.0).share_solved == 1.0
 
@@ -99,7 +99,7 @@ def test_worst_is_the_mean_of_the_lowest_twentieth():
     assert summary_of(returns).worst == -100.0  # two of forty
 
 
-def test_worst_is_of_one_episode_at_least():
+def test_worst_is_the_mean_of_at_least_one_episode():
     assert summary_of([5.0, -7.0, 9.0]).worst == -7.0
 
 

@@ -1,1 +1,1 @@
-"""Flying by physics: the paper's controller and its tuner."""
+"""Classical control: the paper's PID controller, and Twiddle, which tunes it."""

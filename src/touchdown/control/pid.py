@@ -1,4 +1,4 @@
-"""The paper's controller: two control values, a dead band, one engine at a time (appendix C)."""
+"""The paper's PID controller: two control values, a dead band, one engine a step (appendix C)."""
 
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
@@ -8,36 +8,37 @@ import numpy as np
 from touchdown.config.checks import settle
 from touchdown.core.types import FloatArray, IntArray
 
-# the lander's actions and the places in its observation, as gymnasium numbers them
+# the lander's actions, and the indices of its observation, as gymnasium numbers them
 _IDLE, _LEFT, _MAIN, _RIGHT = range(4)
-_X, _Y, _VX, _VY, _ANGLE, _SPIN = range(6)
+_X, _Y, _VX, _VY, _ANGLE, _ANGULAR_VELOCITY = range(6)
 
 Rule = Literal["absolute", "signed"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PIDConfig:
-    """Gains of Eq. 10, the dead band, and how the vertical control value chooses the main engine.
+    """Gains of Eq. 10, the dead band, and the rule that chooses the main engine.
 
-    Gains carry their signs: Eq. 10 feeds measurements rather than errors, and gymnasium counts
-    angles counter-clockwise. Units are the observation's: positions in half viewports (10 m across,
-    6.67 m up), velocities in 5 m/s across and 7.5 m/s up, angles in radians, spin in 2.5 rad/s;
-    control values have none.
+    u_vy has the setpoint 0 for the vertical velocity and the height. u_φ has the setpoint x + v_x
+    for the angle φ. Eq. 10 takes measurements rather than errors, and gymnasium counts angles
+    counter-clockwise, so the gains carry the signs. Units are those of the observation: positions
+    in 10 m (x) and 6.67 m (y), velocities in 5 m/s (x) and 7.5 m/s (y), angles in radians, angular
+    velocity in 2.5 rad/s. Control values have no unit.
     """
 
     rule: Rule
-    """`absolute`: main engine when |u_vy| > |u_φ|, as printed. `signed`: when u_vy > |u_φ|, since
-    the main engine can only push up."""
+    """`absolute`: the main engine fires if |u_vy| > |u_φ|, as printed. `signed`: if u_vy > |u_φ|,
+    because the main engine can only push up."""
     kp_vertical: float
-    """τ_p of u_vy, on vertical velocity."""
+    """kp of u_vy, on the vertical velocity."""
     ki_vertical: float
-    """τ_i of u_vy, on height, the integral of vertical velocity."""
+    """ki of u_vy, on the height, which is the integral of the vertical velocity."""
     kp_angle: float
-    """τ_p of u_φ, on x + v_x - φ."""
+    """kp of u_φ, on the error x + v_x - φ."""
     kd_angle: float
-    """τ_d of u_φ, on v_x - ω."""
+    """kd of u_φ, on v_x - ω."""
     dead_band: float
-    """η: smaller control values fire no engine."""
+    """η: no engine fires for control values of smaller magnitude."""
 
     def __post_init__(self) -> None:
         settle(self)
@@ -46,38 +47,40 @@ class PIDConfig:
 
 
 class ControlValues(NamedTuple):
-    """u_vy and u_φ of each observation, [N] each."""
+    """The control values u_vy and u_φ of each observation, [N] each."""
 
     vertical: FloatArray
     angle: FloatArray
 
 
 def control_values(config: PIDConfig, observations: FloatArray) -> ControlValues:
-    """Eq. 10.
+    """u_vy and u_φ by Eq. 10.
 
     Args:
         config: the gains.
         observations: [N, 8].
     """
-    x, y, vx, vy, angle, spin = (observations[:, i] for i in (_X, _Y, _VX, _VY, _ANGLE, _SPIN))
+    x, y, vx, vy, angle, angular_velocity = (
+        observations[:, i] for i in (_X, _Y, _VX, _VY, _ANGLE, _ANGULAR_VELOCITY)
+    )
     return ControlValues(
         vertical=config.kp_vertical * vy + config.ki_vertical * y,
-        angle=config.kp_angle * (x + vx - angle) + config.kd_angle * (vx - spin),
+        angle=config.kp_angle * (x + vx - angle) + config.kd_angle * (vx - angular_velocity),
     )
 
 
 def choose_actions(config: PIDConfig, values: ControlValues) -> IntArray:
-    """The action rule: nothing inside the dead band, else the engine of the larger value."""
+    """The action rule: no engine inside the dead band, else the engine of the larger value, [N]."""
     vertical = np.abs(values.vertical) if config.rule == "absolute" else values.vertical
-    sideways = np.abs(values.angle)
-    main = (vertical >= config.dead_band) & (vertical > sideways)
+    rotation = np.abs(values.angle)
+    main = (vertical >= config.dead_band) & (vertical > rotation)
     right = ~main & (values.angle > config.dead_band)
     left = ~main & (values.angle < -config.dead_band)
     return np.select([main, right, left], [_MAIN, _RIGHT, _LEFT], _IDLE)
 
 
 class PIDPolicy:
-    """Flies the lander by Eq. 10.
+    """The PID controller as a policy.
 
     Args:
         config: gains, dead band and rule.

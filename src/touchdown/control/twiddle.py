@@ -1,21 +1,21 @@
-"""Twiddle: coordinate descent with a step for each coordinate (appendix C)."""
+"""Twiddle: coordinate ascent with a step size for each coordinate (appendix C)."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-GROW, SHRINK = 1.1, 0.9  # how a step changes after a success and after a failure
+GROW, SHRINK = 1.1, 0.9  # factors on a step size after a success and after a failure
 
 
 class Trial(NamedTuple):
-    """One evaluation of the objective, and the best point up to it."""
+    """One evaluation of the objective, and the best point so far."""
 
     value: float
     best_value: float
     best: tuple[float, ...]
     step: float
-    """The largest relative step still in use: the search is over when it is small."""
+    """The largest step relative to its first size: the search ends when it is small."""
 
 
 def twiddle(
@@ -24,17 +24,17 @@ def twiddle(
     steps: Sequence[float],
     tolerance: float = 0.02,
 ) -> Iterator[Trial]:
-    """Maximise `objective`, one coordinate at a time, yielding each trial.
+    """Maximise `objective`, one coordinate at a time, and yield every trial.
 
-    Each coordinate is tried a step up, then a step down; a success keeps the point and grows the
-    step, a failure both ways shrinks it. The search ends when every step has shrunk below
-    `tolerance` times its first size. It is a local search: its end is a local maximum at best.
+    Each coordinate is tried one step up, then one step down. A success keeps the point and grows
+    the step; a failure in both directions shrinks it. The search ends when every step has shrunk to
+    `tolerance` times its first size. It is a local search: it finds a local maximum at best.
 
     Args:
-        objective: of a point; larger is better.
+        objective: value of a point; larger is better.
         start: the first point.
-        steps: first step of each coordinate, above 0.
-        tolerance: share of the first steps at which to stop, between 0 and 1.
+        steps: first step size of each coordinate, above 0.
+        tolerance: share of the first step sizes at which to stop, between 0 and 1.
 
     Raises:
         ValueError: the lengths differ, or a step or the tolerance is out of range.

@@ -1,1 +1,1 @@
-"""A trained policy in a format that others read, with a card that says what it is."""
+"""A trained policy in a format that other programs read, with a model card."""

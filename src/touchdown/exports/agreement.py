@@ -1,4 +1,4 @@
-"""Whether an exported model does what the policy does, on observations that flights come by."""
+"""Check that an exported model acts as its policy does, on observations from flights."""
 
 from dataclasses import dataclass
 from itertools import count
@@ -16,29 +16,29 @@ from touchdown.policies.foreign.onnx import OnnxModel
 
 OBSERVATIONS = 10_000
 ROUNDING = 1e-5
-"""What sums in another order may differ by, as a share of the largest |Q|: some 100 steps of
-float32, ten times what the networks of the presets were seen to differ by."""
-_WORLDS = 16  # side by side: few enough that all come to their flights' ends
-_RANDOM_SHARE = 0.25  # of actions, so that places are seen that the policy alone avoids
+"""Largest difference that counts as rounding, as a share of the largest |Q|: about 100 steps of
+float32, ten times the differences measured for the networks of the presets."""
+_NUM_ENVS = 16  # few enough that episodes end in all of them
+_RANDOM_SHARE = 0.25  # of the actions, so that states are visited that the policy avoids
 
 
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """What a comparison found: where it found a difference that matters, it raised instead."""
+    """The result of a comparison that found no difference beyond rounding."""
 
     observations: int
-    """Compared."""
+    """Observations compared."""
     tolerance: float
-    """Rounding, in units of Q: no value differs by more."""
+    """Largest difference that counts as rounding, in units of Q."""
     largest_difference: float
-    """Between two values, in units of Q."""
+    """Largest difference between two values, in units of Q."""
     close: int
     """Observations whose two best actions are within the tolerance of each other."""
     differing: int
-    """Of these, observations where the two take another of the two."""
+    """Observations, of those, where model and policy take different ones of the two actions."""
 
     def __str__(self) -> str:
-        """In words, from the count of actions that agree on."""
+        """In words, starting with the number of actions that agree."""
         agreeing = self.observations - self.differing
         return (
             f"{agreeing:,} of {self.observations:,} actions agree with touchdown's "
@@ -48,36 +48,36 @@ class Agreement:
 
 
 def seen_in_flight(policy: ValuePolicy, env_id: str, seed: int = 0) -> NDArray[np.float32]:
-    """Observations of the sort that occurs, from training starts.
+    """Observations from flights from training starts.
 
     Args:
-        policy: chooses three actions of four; the fourth is random.
-        env_id: the world.
+        policy: chooses three of four actions; the fourth is random.
+        env_id: the environment.
         seed: of the random actions.
 
     Returns:
         `OBSERVATIONS` of them, [N, D].
 
     Raises:
-        UserError: there is no such world.
+        UserError: there is no such environment.
     """
     spaces = environment.spaces_of(env_id)
     rng, starts = np.random.default_rng(seed), count(TRAINING_STARTS.start)
-    indices = make_pool(env_id, _WORLDS, engines.engine_in_use())
+    pool = make_pool(env_id, _NUM_ENVS, engines.engine_in_use())
     try:
-        now = np.stack([indices.reset(index, next(starts)) for index in range(_WORLDS)])
+        current = np.stack([pool.reset(index, next(starts)) for index in range(_NUM_ENVS)])
         seen: list[NDArray[np.float32]] = []
-        while len(seen) * _WORLDS < OBSERVATIONS:
-            seen.append(now.astype(np.float32))
+        while len(seen) * _NUM_ENVS < OBSERVATIONS:
+            seen.append(current.astype(np.float32))
             greedy = policy.act(seen[-1])
-            chance = rng.integers(spaces.num_actions, size=_WORLDS)
-            actions = np.where(rng.random(_WORLDS) < _RANDOM_SHARE, chance, greedy)
-            steps = indices.step(np.arange(_WORLDS), actions)
-            now = steps.observations.copy()
+            random = rng.integers(spaces.num_actions, size=_NUM_ENVS)
+            actions = np.where(rng.random(_NUM_ENVS) < _RANDOM_SHARE, random, greedy)
+            steps = pool.step(np.arange(_NUM_ENVS), actions)
+            current = steps.observations.copy()
             for index in np.flatnonzero(steps.ended).tolist():
-                now[index] = indices.reset(index, next(starts))
+                current[index] = pool.reset(index, next(starts))
     finally:
-        indices.close()
+        pool.close()
     return np.concatenate(seen)[:OBSERVATIONS]
 
 
@@ -87,16 +87,16 @@ def check(
     observations: NDArray[np.float32],
     largest_term: float = 0.0,
 ) -> Agreement:
-    """Compare a model's `q_values` and `action` with the policy's.
+    """Compare the `q_values` and `action` of a model with those of its policy.
 
-    Actions must be the same wherever the two best values are further apart than rounding.
+    Actions must be equal wherever the two best values differ by more than rounding.
 
     Args:
         model: of `graph.onnx_model`.
-        policy: that it was made of.
+        policy: that the model was exported from.
         observations: [N, D].
-        largest_term: of what values are summed up from, where it may be larger than they are: the
-            returns that atoms stand for.
+        largest_term: largest term of the sums that values are, if it may exceed the values: with
+            atoms, the largest return of the support.
 
     Raises:
         UserError: they differ by more than rounding, or the policy's values are not finite.
@@ -105,7 +105,7 @@ def check(
     expected = policy.values(observations)
     if not np.isfinite(expected).all():
         raise UserError(
-            "format 'onnx': the policy's values are not finite, so there is none to fly"
+            "format 'onnx': the policy's values are not finite, so it cannot be exported"
         )
     tolerance = ROUNDING * max(largest_term, float(np.abs(expected).max()))
     difference = float(np.abs(q_values - expected).max())
@@ -116,7 +116,7 @@ def check(
         raise UserError(
             f"format 'onnx': {wrong} of {len(observations)} actions differ from touchdown's, and "
             f"values by up to {difference:.3g}, where rounding is {tolerance:.3g}; nothing is "
-            "written, for this export would fly otherwise; please report it"
+            "written, because this export would act differently; please report it"
         )
     return Agreement(
         observations=len(observations),

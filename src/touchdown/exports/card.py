@@ -1,4 +1,4 @@
-"""A model card: what a policy is and how well it flies, as a README that Hugging Face reads."""
+"""The model card of a policy: a README, with metadata that Hugging Face reads."""
 
 import json
 from collections.abc import Mapping
@@ -15,12 +15,12 @@ from touchdown.policies.weights import facts_of
 
 
 def model_card(source: Source, model_file: str, agreement: Agreement | None) -> str:
-    """The text of a `README.md`, YAML first, with the policy's results if it has any.
+    """The text of a `README.md` that begins with YAML, with the policy's results if it has any.
 
     Args:
         source: the policy.
-        model_file: the name of the file beside the card.
-        agreement: of an ONNX model with the policy; None for weights in our own format.
+        model_file: name of the model file beside the card.
+        agreement: of an ONNX model with the policy; None for `safetensors`.
 
     Raises:
         UserError: one of the policy's files is broken.
@@ -39,13 +39,13 @@ def model_card(source: Source, model_file: str, agreement: Agreement | None) -> 
 
 
 _NO_RESULTS = (
-    "This run has no evaluation yet: it was exported before its test flights. "
-    "How well it flies is not known."
+    "This run has no evaluation yet: it was exported before its test flights, "
+    "so its performance is not known."
 )
 
 
 def _header(source: Source, evaluation: Evaluation | None) -> str:
-    """YAML, of which JSON is a part: texts are quoted as JSON quotes them."""
+    """The YAML header. JSON is a subset of YAML, so texts are quoted as in JSON."""
     config = source.config
     tags = [config.env_id, "deep-reinforcement-learning", "reinforcement-learning"]
     tags += ["touchdown", config.algorithm, config.preset]
@@ -88,10 +88,11 @@ def _results(evaluation: Evaluation) -> str:
     rows = "\n".join(f"| {name} | {cell} |" for name, cell in evaluation_rows(evaluation))
     return (
         f"{len(starts)} greedy episodes on stock Gymnasium, from environment seeds {starts[0]} to "
-        f"{starts[-1]}, which neither training nor the choice of the checkpoint has seen. This is "
-        "one trained agent: another training seed gives another.\n\n"
+        f"{starts[-1]}, which were used neither for training nor for selecting the checkpoint. "
+        "This is one trained agent; another training seed gives a different one.\n\n"
         f"| | {evaluation.name} |\n| --- | --- |\n{rows}\n\n"
-        "IQM: interquartile mean, with its 95% bootstrap interval. Worst 5%: mean of the lowest."
+        "IQM: interquartile mean, with its 95% bootstrap interval. Worst 5%: mean of "
+        "the lowest returns."
     )
 
 
@@ -100,14 +101,15 @@ def _how_to_fly(model_file: str, agreement: Agreement | None) -> str:
         return (
             f"```bash\ntouchdown evaluate {model_file}\n"
             f"touchdown fly {model_file} --seed 7\n```\n\n"
-            f"`{model_file}` is a safetensors file: arrays by name, and no code."
+            f"`{model_file}` is a safetensors file: named arrays, and no code."
         )
     return (
         f"```bash\npip install onnxruntime 'gymnasium[box2d]'\npython fly_onnx.py\n```\n\n"
         f"or, with `touchdown[onnx]`:\n\n```bash\ntouchdown evaluate {model_file}\n```\n\n"
-        "Input `observations`: float32 [N, D], as the world shows them (a numbered state one-hot). "
-        "Outputs `q_values`: float32 [N, A], and `action`: int64 [N], the best of them.\n\n"
-        f"Checked in onnxruntime when it was exported: {agreement}."
+        "Input `observations`: float32 [N, D], as the environment gives them (a numbered state is "
+        "one-hot). "
+        "Outputs `q_values`: float32 [N, A], and `action`: int64 [N], the greedy action.\n\n"
+        f"Checked in onnxruntime at export: {agreement}."
     )
 
 
@@ -120,7 +122,7 @@ def _provenance(source: Source) -> str:
         "trained with": _versions(source.made),
         "source": source.made.get("git_commit"),
         "exported with": f"touchdown {version('touchdown')}",
-        "checkpoint": f"after {facts['observations']:,} observations"
+        "checkpoint": f"after {facts['observations']:,} environment steps"
         if isinstance(facts.get("observations"), int)
         else None,
     }

@@ -1,4 +1,4 @@
-"""A policy in a folder of its own: the model, its card, and what flies it."""
+"""Export a policy to a folder: the model, its card, and an example that flies it."""
 
 import json
 from dataclasses import dataclass
@@ -25,32 +25,32 @@ CARD, EXAMPLE = "README.md", "fly_onnx.py"
 
 @dataclass(frozen=True, slots=True)
 class Export:
-    """What was written."""
+    """The files of an export."""
 
     folder: Path
     files: tuple[Path, ...]
     """The model first."""
     agreement: Agreement | None
-    """Of an ONNX model with the policy that it was made of; None for another format."""
+    """Agreement of an ONNX model with its policy; None for other formats."""
 
 
 def write_export(source: Source, file_format: Format, out: Path | None = None) -> Export:
-    """Write a policy for others to fly: all of the folder, or nothing.
+    """Export a policy to a new folder; the folder is written whole or not at all.
 
     Args:
         source: the policy.
-        file_format: `onnx`, or `safetensors`, our own.
-        out: the folder to make; `<name>-<format>` here if None.
+        file_format: `onnx`, or `safetensors`, the format of a run's weights.
+        out: the folder to make; `<name>-<format>` in the current folder if None.
 
     Raises:
-        UserError: the folder is there already or cannot be written, the policy's files are broken,
-            something is not installed, or the model does not fly as the policy does.
+        UserError: the folder exists already or cannot be written, the policy's files are broken, a
+            library is not installed, or the model does not act as the policy does.
     """
     if file_format not in get_args(Format):
         raise UserError(f"format {file_format!r}: must be one of {', '.join(get_args(Format))}")
     folder = out if out is not None else Path(f"{source.name}-{file_format}")
     if folder.exists():
-        raise UserError(f"out {str(folder)!r}: is there already; choose another folder")
+        raise UserError(f"out {str(folder)!r}: exists already; choose another folder")
     if file_format == "onnx":
         graph.check_installed()
     weights = policy_weights.read_weights(source.weights)

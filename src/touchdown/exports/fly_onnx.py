@@ -1,6 +1,6 @@
-"""Fly the ONNX model beside this file on stock Gymnasium; nothing of touchdown is needed.
+"""Fly the ONNX model beside this file on stock Gymnasium; touchdown is not needed.
 
-pip install onnxruntime "gymnasium[box2d]" and then: python fly_onnx.py [MODEL.onnx]
+pip install onnxruntime "gymnasium[box2d]", then: python fly_onnx.py [MODEL.onnx]
 """
 
 import sys

@@ -14,12 +14,15 @@ from touchdown.agents.states import Grid
 from touchdown.core.errors import UserError
 from touchdown.core.types import FloatArray
 
-OPSET, IR_VERSION = 17, 8  # of 2022: old enough for most runtimes, new enough to normalise layers
-_EPSILON = 1e-5  # equinox's, in a layer's normalisation
+OPSET, IR_VERSION = (
+    17,
+    8,
+)  # of 2022: old enough for most runtimes, new enough for LayerNormalization
+_EPSILON = 1e-5  # as in equinox's layer normalisation
 
 
 def check_installed() -> None:
-    """Refuse to begin without what an export to ONNX needs.
+    """Check that the libraries for an export to ONNX are installed.
 
     Raises:
         UserError: onnx or onnxruntime is not installed.
@@ -41,17 +44,17 @@ def onnx_model(
     num_actions: int,
     metadata: Mapping[str, str],
 ) -> bytes:
-    """An ONNX file.
+    """The bytes of an ONNX file.
 
-    Its input `observations` is float32 [N, D], for any N; `q_values` is float32 [N, A] and `action`
-    int64 [N], the first of the best.
+    Its input `observations` is float32 [N, D], for any N. Its outputs are `q_values`, float32
+    [N, A], and `action`, int64 [N]: the first of the best actions.
 
     Args:
-        model: a network, flown by the means of its noisy weights, or a table.
+        model: a network, of whose noisy weights the means are used, or a table.
         params: flat, [P].
-        observation_size: D; a Discrete world's observations are one-hot.
+        observation_size: D; Discrete observations are one-hot.
         num_actions: A.
-        metadata: texts to keep in the file.
+        metadata: text to store in the file.
     """
     onnx: Any = import_module("onnx")
     helper, kinds = onnx.helper, onnx.TensorProto
@@ -61,7 +64,9 @@ def onnx_model(
     else:
         q = _table(graph, model, params)
     graph.add("ArgMax", q, output="action", axis=1, keepdims=0)
-    graph.add("Cast", q, output="q_values", to=kinds.FLOAT)  # a table's are double until here
+    graph.add(
+        "Cast", q, output="q_values", to=kinds.FLOAT
+    )  # a table's values are double until here
     made = helper.make_model(
         helper.make_graph(
             graph.nodes,
@@ -84,7 +89,7 @@ def onnx_model(
 
 
 class _Graph:
-    """Nodes and constants in the making, each known by a name."""
+    """A graph under construction: nodes and constants, each with a name."""
 
     def __init__(self, onnx: Any) -> None:
         self.nodes: list[Any] = []
@@ -92,25 +97,25 @@ class _Graph:
         self._onnx = onnx
 
     def add(self, operator: str, *inputs: str, output: str = "", **attributes: Any) -> str:
-        """One more node; gives the name of its output."""
+        """Add a node; returns the name of its output."""
         name = output or f"{operator}.{len(self.nodes)}"
         self.nodes.append(self._onnx.helper.make_node(operator, inputs, [name], **attributes))
         return name
 
     def constant(self, value: NDArray[Any], name: str = "") -> str:
-        """One more constant; gives its name."""
+        """Add a constant; returns its name."""
         name = name or f"constant.{len(self.constants)}"
         self.constants.append(self._onnx.numpy_helper.from_array(np.array(value), name))
         return name
 
     def cast(self, name: str, dtype: type[np.generic]) -> str:
-        """A value in another type of numbers."""
+        """Add a cast to another dtype; returns the name of its output."""
         to = self._onnx.helper.np_dtype_to_tensor_dtype(np.dtype(dtype))
         return self.add("Cast", name, to=to)
 
 
 def _network(graph: _Graph, network: QNetwork, params: FloatArray) -> str:
-    """Q(s,·), [N, A], of the networks that `QNetwork` makes, layer by layer as it makes them."""
+    """Q(s,·), [N, A], of a `QNetwork`, layer by layer."""
     config = network.config
     layers = {name: np.asarray(value) for name, value in network.layers(params).items()}
     x = "observations"
@@ -122,7 +127,7 @@ def _network(graph: _Graph, network: QNetwork, params: FloatArray) -> str:
             x = graph.add("LayerNormalization", x, scale, shift, axis=-1, epsilon=_EPSILON)
         x = _activated(graph, x, config.activation)
     outputs = max(1, config.quantiles, config.atoms)
-    by_action = graph.constant(np.array([0, network.num_actions, outputs]))  # 0: as many as come
+    by_action = graph.constant(np.array([0, network.num_actions, outputs]))  # 0: N, as in the input
     if config.dueling:
         advantage = _linear(graph, x, layers, "advantage")
         advantage = graph.add("Reshape", advantage, by_action)
@@ -136,11 +141,13 @@ def _network(graph: _Graph, network: QNetwork, params: FloatArray) -> str:
     if config.atoms:
         support = graph.constant(np.asarray(network.support), "support")
         return graph.add("MatMul", graph.add("Softmax", z, axis=-1), support)
-    return graph.add("ReduceMean", z, axes=[2], keepdims=0)  # of one, itself
+    return graph.add(
+        "ReduceMean", z, axes=[2], keepdims=0
+    )  # the value itself if there is one output
 
 
 def _linear(graph: _Graph, x: str, layers: Mapping[str, NDArray[Any]], name: str) -> str:
-    """W·x + b; of noisy weights the means, which have the same names."""
+    """W·x + b; the means of noisy weights have the same names as plain weights."""
     names = [f"{name}.{kind}" for kind in ("weight", "bias")]
     weight, bias = (graph.constant(layers[each], each) for each in names)
     return graph.add("Gemm", x, weight, bias, transB=1)
@@ -153,7 +160,7 @@ def _activated(graph: _Graph, x: str, activation: str) -> str:
 
 
 def _table(graph: _Graph, table: QTable, params: FloatArray) -> str:
-    """Q(s,·), [N, A], by the state's number; in double precision, as the table learnt."""
+    """Q(s,·), [N, A], looked up by the number of the state, in double precision as in the table."""
     q = graph.constant(table.layers(params)["q"], "q")
     states = table.states
     if not isinstance(states, Grid):

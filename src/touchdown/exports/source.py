@@ -1,4 +1,4 @@
-"""What is exported: a run's policy, or one that comes with touchdown."""
+"""The policy to export: the best of a run, or one shipped with touchdown."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -18,20 +18,20 @@ from touchdown.runs.run import Run
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """A policy with all that its card tells."""
+    """A policy, with the facts that its card states."""
 
     name: str
     weights: Path
-    """Of `pilots.save_weights`."""
+    """A file of `policies.weights.save_weights`."""
     config: Config
     made: Mapping[str, Any]
-    """Versions and commit that it was trained with, as far as they are known."""
+    """Versions and commit that it was trained with, as far as they are known; else empty."""
     evaluate: Callable[[], Evaluation | None]
-    """Its test flights; None where it had none."""
+    """Gives its test flights; None if it has none."""
 
 
 def of_run(run: Run) -> Source:
-    """A run's best policy, with the test flights that the run made.
+    """The best policy of a run, with the run's test flights.
 
     Raises:
         UserError: the run has no weights yet, or broken files.
@@ -42,7 +42,7 @@ def of_run(run: Run) -> Source:
 
 
 def of_shipped(weights: Path) -> Source:
-    """A policy that comes with touchdown: its preset's, and flown from the test starts here.
+    """A shipped policy, with the config of its preset; its test flights are flown on demand.
 
     Raises:
         UserError: the file is broken.

@@ -1,1 +1,1 @@
-"""Numbers to Axes: each figure is handed what it draws and computes nothing that others report."""
+"""Numbers to Axes: each figure draws the numbers it is given, and computes no statistics."""

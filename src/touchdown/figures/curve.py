@@ -1,4 +1,4 @@
-"""How a run learnt: returns, validations and exploration over observations."""
+"""A run's learning curve: returns, validations and exploration over environment steps."""
 
 from collections.abc import Mapping, Sequence
 from math import floor
@@ -11,16 +11,17 @@ from matplotlib.ticker import EngFormatter, PercentFormatter
 
 from touchdown.core.types import FloatArray
 from touchdown.figures import style
+from touchdown.lander.rules import SOLVED_RETURN
 
-WINDOW = 100  # episodes that a moving mean looks back over, as in the paper
-_SHORTEST_MEAN = 20  # episodes from which the moving mean is drawn
+WINDOW = 100  # episodes in a moving mean, as in the paper
+_SHORTEST_MEAN = 20  # episodes before the moving mean is drawn
 _LOWEST_PERCENTILE = 4.0  # returns below it are marked at the edge instead of squeezing the rest
 
 Rows = Sequence[Mapping[str, Any]]
 
 
 def moving_mean(values: FloatArray, window: int = WINDOW) -> FloatArray:
-    """Mean of each value and up to `window - 1` before it: [n] to [n]."""
+    """Mean of each value and of up to `window - 1` values before it: [n] to [n]."""
     sums = np.concatenate(([0.0], np.cumsum(values)))
     ends = np.arange(1, len(values) + 1)
     starts = np.maximum(ends - window, 0)
@@ -31,18 +32,18 @@ def learning_curve(
     ax: Axes,
     episodes: Rows,
     validations: Rows,
-    chosen_observations: int | None = None,
+    chosen_env_steps: int | None = None,
     *,
-    threshold: float | None = 200.0,
+    threshold: float | None = SOLVED_RETURN,
 ) -> Axes:
-    """Returns of training episodes and of validations over observations.
+    """Returns of training episodes and of validations over environment steps.
 
     Args:
         ax: to draw on.
         episodes: lines of `episodes.jsonl`: `observations`, `episode_return`.
         validations: lines of `validations.jsonl`: `observations`, `mean_return`.
-        chosen_observations: of the validation whose weights were chosen.
-        threshold: return that counts as solved.
+        chosen_env_steps: environment steps of the selected checkpoint; None marks none.
+        threshold: return that counts as solved; None draws no line.
     """
     at = _column(episodes, "observations")
     returns = _column(episodes, "episode_return")
@@ -62,7 +63,7 @@ def learning_curve(
             markersize=3.5,
             label="validation mean, greedy",
         )
-    _mark_chosen(ax, checked_at, checked, chosen_observations)
+    _mark_chosen(ax, checked_at, checked, chosen_env_steps)
     ax.set_ylim(low, high)
     ax.set_ylabel("episode return")
     style.legend_above(ax)
@@ -70,7 +71,7 @@ def learning_curve(
 
 
 def exploration(ax: Axes, episodes: Rows) -> Axes:
-    """ε, and the share of the last 100 episodes that ran into the time limit, over observations.
+    """ε, and the share of the last 100 episodes that timed out, over environment steps.
 
     Args:
         ax: to draw on.
@@ -95,18 +96,18 @@ def save_learning_curve(
     path: Path,
     episodes: Rows,
     validations: Rows,
-    chosen_observations: int | None,
+    chosen_env_steps: int | None,
     title: str,
     *,
-    threshold: float | None = 200.0,
+    threshold: float | None = SOLVED_RETURN,
 ) -> None:
-    """Draw a run's learning curve over its exploration and write it as PNG.
+    """Draw a run's learning curve above its exploration, and write the figure as PNG.
 
     Args:
         path: of the file.
         episodes: lines of `episodes.jsonl`.
         validations: lines of `validations.jsonl`.
-        chosen_observations: of the validation whose weights were chosen; None marks none.
+        chosen_env_steps: environment steps of the selected checkpoint; None marks none.
         title: above the figure.
         threshold: return that counts as solved; None draws no line.
 
@@ -115,7 +116,7 @@ def save_learning_curve(
     """
     figure = style.new_figure(8.4, 5.2)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[4.2, 1])
-    learning_curve(top, episodes, validations, chosen_observations, threshold=threshold)
+    learning_curve(top, episodes, validations, chosen_env_steps, threshold=threshold)
     exploration(bottom, episodes)
     bottom.xaxis.set_major_formatter(EngFormatter(sep=""))
     bottom.set_xlim(left=0)
@@ -130,7 +131,7 @@ def _column(rows: Rows, name: str) -> FloatArray:
 def _limits(
     returns: FloatArray, checked: FloatArray, threshold: float | None
 ) -> tuple[float, float]:
-    """Limits that hold everything but the lowest few returns of a long run."""
+    """Axis limits that hold all but the lowest few returns of a long run."""
     solved = [] if threshold is None else [threshold]
     values = np.concatenate((returns, checked, solved))
     if not len(values):
@@ -147,7 +148,7 @@ def _draw_threshold(ax: Axes, threshold: float) -> None:
     ax.axhline(threshold, color=style.MUTED, linewidth=1, linestyle=(0, (4, 3)), zorder=1)
     ax.annotate(
         f"solved: {threshold:g}",
-        (0, threshold),  # at the left, where no curve has risen to it yet
+        (0, threshold),  # at the left, where curves are still below it
         xycoords=("axes fraction", "data"),
         xytext=(4, 3),
         textcoords="offset points",
@@ -184,7 +185,7 @@ def _draw_episodes(ax: Axes, at: FloatArray, returns: FloatArray, low: float) ->
             clip_on=False,
             label=label,
         )
-    # a mean of a handful jumps about and says little; a short run has no other
+    # a mean of a few episodes is noisy; a short run has no other
     first = _SHORTEST_MEAN - 1 if len(at) > 2 * _SHORTEST_MEAN else 0
     means = moving_mean(returns)
     label = f"mean of the last {WINDOW}"
@@ -192,11 +193,11 @@ def _draw_episodes(ax: Axes, at: FloatArray, returns: FloatArray, low: float) ->
 
 
 def _mark_chosen(
-    ax: Axes, checked_at: FloatArray, checked: FloatArray, chosen_observations: int | None
+    ax: Axes, checked_at: FloatArray, checked: FloatArray, chosen_env_steps: int | None
 ) -> None:
-    if chosen_observations is None:
+    if chosen_env_steps is None:
         return
-    places = np.flatnonzero(checked_at == chosen_observations)
+    places = np.flatnonzero(checked_at == chosen_env_steps)
     if not len(places):
         return
     x, y = float(checked_at[places[0]]), float(checked[places[0]])

@@ -1,4 +1,4 @@
-"""Where policies flew: paths from the same starts over the ground."""
+"""Flight paths of policies from the same starts, over the ground."""
 
 from collections.abc import Mapping, Sequence
 from itertools import cycle
@@ -13,7 +13,7 @@ from touchdown.envs.flight import Flight, Terrain
 from touchdown.figures import style
 from touchdown.render.canvas import WIDTH
 
-_PILOT_COLOURS = (style.BLUE, style.RED, style.GREEN, style.PURPLE, style.ORANGE)
+_POLICY_COLOURS = (style.BLUE, style.RED, style.GREEN, style.PURPLE, style.ORANGE)
 _OUTCOME_MARKERS: dict[Outcome, str] = {
     "landed": "o",
     "crashed": "X",
@@ -24,18 +24,18 @@ _GROUND, _GROUND_OPACITY = "#8b93a3", 0.4
 
 
 def flights_overlay(ax: Axes, groups: Mapping[str, Sequence[Flight]]) -> Axes:
-    """Paths of the lander's hull, one colour a policy, with how each flight ended.
+    """Paths of the lander's hull, one colour per policy, with the outcome of each flight.
 
     Args:
         ax: to draw on.
-        groups: flights by the policy's name, of the lander, from the same starts.
+        groups: flights of the lander by policy name, from the same starts.
 
     Raises:
         ValueError: a flight is not the lander's.
     """
     flights = [flight for group in groups.values() for flight in group]
     _draw_ground(ax, {flight.seed: _terrain(flight) for flight in flights})
-    for (name, group), colour in zip(groups.items(), cycle(_PILOT_COLOURS), strict=False):
+    for (name, group), colour in zip(groups.items(), cycle(_POLICY_COLOURS), strict=False):
         for flight in group:
             _draw_path(ax, flight, colour)
         landed = sum(flight.outcome == "landed" for flight in group)
@@ -58,7 +58,7 @@ def flights_overlay(ax: Axes, groups: Mapping[str, Sequence[Flight]]) -> Axes:
         handletextpad=0.3,
     )
     style.legend_above(ax)
-    ax.add_artist(marks)  # whose place the other legend has taken
+    ax.add_artist(marks)  # the second legend replaced it
     ax.set_aspect("equal")
     ax.set_xlim(0, WIDTH)
     ax.set_ylim(bottom=0)
@@ -74,7 +74,7 @@ def save_flights(path: Path, groups: Mapping[str, Sequence[Flight]], title: str)
 
     Args:
         path: of the file.
-        groups: flights by the policy's name, of the lander, from the same starts.
+        groups: flights of the lander by policy name, from the same starts.
         title: above the figure.
 
     Raises:
@@ -93,14 +93,14 @@ def _terrain(flight: Flight) -> Terrain:
 
 
 def _draw_ground(ax: Axes, terrains: Mapping[int, Terrain]) -> None:
-    """The ground of every start; where it is darkest, all of them have ground."""
+    """The ground of every start; darkest where all starts have ground."""
     for terrain in terrains.values():
         opacity = 1 - (1 - _GROUND_OPACITY) ** (1 / len(terrains))
         ax.fill_between(
             terrain.xs, terrain.heights, color=_GROUND, alpha=opacity, linewidth=0, zorder=0.5
         )
         ax.plot(terrain.xs, terrain.heights, color=_GROUND, linewidth=0.8, alpha=0.6, zorder=0.6)
-        # every start has its pad in the same place
+        # the pad is in the same place at every start
         ax.plot(
             [terrain.helipad_x1, terrain.helipad_x2],
             [terrain.helipad_y, terrain.helipad_y],

@@ -1,4 +1,4 @@
-"""How worlds of cells are drawn: which state lies where, and what marks it."""
+"""The layout of gridworlds: the cell of each state, and the marks on cells."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from touchdown.core.types import IntArray
 
-_PLACES = "RGYB"  # where the taxi's passengers wait and go to, in the order of its numbers
+_PLACES = "RGYB"  # the taxi's stands, in the order of their numbers in the state
 
 Cell = tuple[int, int]
 """Row from the top, column from the left."""
@@ -18,17 +18,17 @@ Cell = tuple[int, int]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GridWorld:
-    """A world of cells as it is drawn: M maps of R rows and C columns, most often one.
+    """A gridworld as it is drawn: M maps of R rows and C columns, most often one map.
 
-    Several maps are several values of what the cell does not tell: they lie in rows and columns
-    of maps, with a name for each.
+    With several maps, each stands for one value of the rest of the state, such as the taxi's
+    passenger. The maps are laid out in named rows and columns.
     """
 
-    glyphs: str  # an arrow or a letter for each action
-    states: IntArray  # the state that each cell stands for: [M, R, C]
-    acts: NDArray[np.bool_]  # whether an action is ever taken there: [M, R, C]
-    letters: NDArray[np.str_]  # what marks the cell, or nothing: [M, R, C]
-    walls: tuple[Cell, ...] = ()  # cells that one cannot leave to the right
+    glyphs: str  # one character per action, an arrow or a letter
+    states: IntArray  # the state of each cell: [M, R, C]
+    acts: NDArray[np.bool_]  # whether an action is ever taken in the cell: [M, R, C]
+    letters: NDArray[np.str_]  # the mark on the cell, or "": [M, R, C]
+    walls: tuple[Cell, ...] = ()  # cells with a wall on their right
     row_names: tuple[str, ...] = ("",)
     column_names: tuple[str, ...] = ("",)
 
@@ -40,23 +40,23 @@ class GridWorld:
 
 
 def grid_of(env: gym.Env[Any, Any]) -> GridWorld | None:
-    """How Gymnasium's FrozenLake, CliffWalking or Taxi is drawn; None of any other world."""
-    world = cast(Any, env.unwrapped)
-    match type(world).__name__:
+    """The layout of Gymnasium's FrozenLake, CliffWalking or Taxi; None for other environments."""
+    toy = cast(Any, env.unwrapped)
+    match type(toy).__name__:
         case "FrozenLakeEnv":
-            return _frozen_lake(world.desc)
+            return _frozen_lake(toy.desc)
         case "CliffWalkingEnv":
-            return _cliff_walking(world._cliff, world.start_state_index)  # nowhere else
+            return _cliff_walking(toy._cliff, toy.start_state_index)  # not public anywhere
         case "TaxiEnv":
-            return _taxi(world.desc)
+            return _taxi(toy.desc)
         case _:
             return None
 
 
-def cells_of(world: GridWorld, states: Sequence[int] | IntArray) -> list[Cell]:
+def cells_of(grid: GridWorld, states: Sequence[int] | IntArray) -> list[Cell]:
     """The cell of each state, within its map."""
-    _, rows, columns = world.states.shape
-    places = np.argsort(world.states, axis=None)[np.asarray(states, np.intp)] % (rows * columns)
+    _, rows, columns = grid.states.shape
+    places = np.argsort(grid.states, axis=None)[np.asarray(states, np.intp)] % (rows * columns)
     return [divmod(int(place), columns) for place in places]
 
 
@@ -72,7 +72,7 @@ def _frozen_lake(desc: NDArray[np.bytes_]) -> GridWorld:
 
 
 def _cliff_walking(cliff: NDArray[np.bool_], start: int) -> GridWorld:
-    """A cliff from which one is put back to the start, with the goal in the last cell."""
+    """A cliff; a step onto it leads back to the start. The goal is the last cell."""
     letters = np.where(cliff, "C", "")
     letters.flat[start], letters.flat[-1] = "S", "G"
     return GridWorld(
@@ -84,13 +84,13 @@ def _cliff_walking(cliff: NDArray[np.bool_], start: int) -> GridWorld:
 
 
 def _taxi(desc: NDArray[np.bytes_]) -> GridWorld:
-    """A map for each place of the passenger (four and the taxi) and each destination (four)."""
-    inside = desc.astype(np.str_)[1:-1, 1:-1]  # cells and what parts them take turns
-    places, partings = inside[:, ::2], inside[:, 1::2]
+    """A map for each position of the passenger (four stands, the taxi) and each destination."""
+    inside = desc.astype(np.str_)[1:-1, 1:-1]  # cells and the walls between them alternate
+    places, walls = inside[:, ::2], inside[:, 1::2]
     rows, columns = places.shape
     # a state is ((row · C + column) · 5 + passenger) · 4 + destination
     states = np.arange(places.size * 20).reshape(rows, columns, 20).transpose(2, 0, 1)
-    # a passenger who waits at the destination was brought there: the episode is over
+    # a passenger at the destination has arrived: the episode is over
     over = np.array([passenger == goal for passenger in range(5) for goal in range(4)])
     acts = np.broadcast_to(~over[:, None, None], states.shape)
     return GridWorld(
@@ -98,7 +98,7 @@ def _taxi(desc: NDArray[np.bytes_]) -> GridWorld:
         states=states,
         acts=acts,
         letters=np.where(acts & (places != " "), places, ""),
-        walls=tuple((int(row), int(column)) for row, column in np.argwhere(partings == "|")),
+        walls=tuple((int(row), int(column)) for row, column in np.argwhere(walls == "|")),
         row_names=(*(f"passenger at {place}" for place in _PLACES), "passenger in the taxi"),
         column_names=tuple(f"to {place}" for place in _PLACES),
     )

@@ -1,4 +1,4 @@
-"""How much each setting mattered in a search."""
+"""The importance of each setting in a search."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,7 +10,7 @@ from touchdown.figures import style
 
 
 def draw_importance(ax: Axes, importance: Mapping[str, float]) -> Axes:
-    """A bar a setting, the greatest at the top.
+    """One bar per setting, the largest at the top.
 
     Args:
         ax: to draw on.
@@ -29,7 +29,7 @@ def draw_importance(ax: Axes, importance: Mapping[str, float]) -> Axes:
 
 
 def save_importance(path: Path, importance: Mapping[str, float]) -> None:
-    """Draw and write as PNG.
+    """Draw the importance of the settings and write it as PNG.
 
     Raises:
         UserError: the file cannot be written.

@@ -1,4 +1,4 @@
-"""Which way a table goes: greedy policies of grid worlds as maps of arrows, drawn and in text."""
+"""Greedy policies of gridworlds as maps of arrows, drawn and in text."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -20,83 +20,87 @@ from touchdown.figures import style
 from touchdown.figures.grid import Cell, GridWorld
 
 UNDECIDED = "·"
-"""Stands where all actions are worth the same, as in a state that was never learnt."""
+"""Shown where all actions have the same value, as in a state that was never visited."""
 
-# of cells without an action, by their letter: those without one are in maps that matter to none
+# colours of cells without an action, by their letter; "" is a cell of a map without actions
 _TINTS = {"H": style.MUTED, "C": style.MUTED, "G": style.GREEN, "": "#f5f6f8"}
 _VALUES = LinearSegmentedColormap.from_list("values", ["#f3f8fb", "#c4ddec", "#5aa5cf"])
 _FONT = FontProperties(family="DejaVu Sans", weight="bold")  # comes with matplotlib, has arrows
-_ACTION_SIZE, _MARK_SIZE, _CORNER_SIZE = 0.62, 0.48, 0.24  # of a cell's side, the height of an em
+_ACTION_SIZE, _MARK_SIZE, _CORNER_SIZE = (
+    0.62,
+    0.48,
+    0.24,
+)  # height of an em, as a share of the side of a cell
 _OUTSIDE = " "  # between maps in a sheet
 _GAP = "   "  # between maps in text
 
 
-def greedy_glyphs(world: GridWorld, q: FloatArray) -> NDArray[np.str_]:
-    """What is read in each cell: the best action's glyph, or the mark of a cell without one.
+def greedy_glyphs(grid: GridWorld, q: FloatArray) -> NDArray[np.str_]:
+    """The character in each cell: the glyph of the best action, or the mark of a cell without one.
 
-    Of several best actions it is the first, as argmax takes it, unless all are worth the same.
+    Of several best actions the first is shown, as argmax takes it, unless all are equal.
 
     Args:
-        world: whose cells they are.
+        grid: the layout of the cells.
         q: Q(s,a): [S, A].
 
     Returns:
         Single characters: [M, R, C].
 
     Raises:
-        ValueError: the table is not this world's.
+        ValueError: the table has other states or actions than the grid.
     """
-    wanted = (world.states.size, len(world.glyphs))
+    wanted = (grid.states.size, len(grid.glyphs))
     if q.shape != wanted:
-        raise ValueError(f"q must be {list(wanted)} for this world, got {list(q.shape)}")
-    best = np.array(list(world.glyphs))[q.argmax(axis=1)]  # [S]
+        raise ValueError(f"q must be {list(wanted)} for this grid, got {list(q.shape)}")
+    best = np.array(list(grid.glyphs))[q.argmax(axis=1)]  # [S]
     best[q.max(axis=1) == q.min(axis=1)] = UNDECIDED
-    return np.where(world.acts, best[world.states], world.letters)
+    return np.where(grid.acts, best[grid.states], grid.letters)
 
 
-def policy_text(world: GridWorld, q: FloatArray) -> str:
-    """A greedy policy as lines of arrows; walls are bars, and cells that matter to none are blank.
+def policy_text(grid: GridWorld, q: FloatArray) -> str:
+    """A greedy policy as lines of arrows; walls are bars, cells without actions are blank.
 
     Args:
-        world: whose cells they are.
+        grid: the layout of the cells.
         q: Q(s,a): [S, A].
 
     Raises:
-        ValueError: the table is not this world's.
+        ValueError: the table has other states or actions than the grid.
     """
-    glyphs = greedy_glyphs(world, q)
-    across = len(world.column_names)
+    glyphs = greedy_glyphs(grid, q)
+    across = len(grid.column_names)
     width = 2 * glyphs.shape[2] - 1
-    maps = [_lines(one, _walls(world, number)) for number, one in enumerate(glyphs)]
+    maps = [_lines(one, _walls(grid, number)) for number, one in enumerate(glyphs)]
     lines: list[str] = []
-    for number, name in enumerate(world.row_names):
+    for number, name in enumerate(grid.row_names):
         if name:
-            names = (f"{column:<{width}}" for column in world.column_names)
+            names = (f"{column:<{width}}" for column in grid.column_names)
             lines += [*([""] if lines else []), name, _GAP.join(names)]
         side_by_side = maps[number * across : (number + 1) * across]
         lines += [_GAP.join(line) for line in zip(*side_by_side, strict=True)]
     return "\n".join(line.rstrip() for line in lines)
 
 
-def draw_policy(ax: Axes, world: GridWorld, q: FloatArray) -> Axes:
+def draw_policy(ax: Axes, grid: GridWorld, q: FloatArray) -> Axes:
     """A greedy policy as arrows over the cells, coloured by the value of the best action.
 
     Args:
         ax: to draw on.
-        world: whose cells they are.
+        grid: the layout of the cells.
         q: Q(s,a): [S, A].
 
     Raises:
-        ValueError: the table is not this world's.
+        ValueError: the table has other states or actions than the grid.
     """
-    across = len(world.column_names)
-    values = q.max(axis=1)[world.states]
-    glyphs = _sheet(greedy_glyphs(world, q), across, "")
-    acts = _sheet(world.acts, across, fill=False)
-    letters = _sheet(world.letters, across, _OUTSIDE)
+    across = len(grid.column_names)
+    values = q.max(axis=1)[grid.states]
+    glyphs = _sheet(greedy_glyphs(grid, q), across, "")
+    acts = _sheet(grid.acts, across, fill=False)
+    letters = _sheet(grid.letters, across, _OUTSIDE)
     height, width = acts.shape
     mesh = _draw_cells(
-        ax, _sheet(values, across, 0.0), acts, cmap=_VALUES, norm=_norm(values[world.acts])
+        ax, _sheet(values, across, 0.0), acts, cmap=_VALUES, norm=_norm(values[grid.acts])
     )
     for letter, tint in _TINTS.items():
         _draw_cells(ax, np.ones(acts.shape), ~acts & (letters == letter), cmap=_plain(tint))
@@ -104,30 +108,30 @@ def draw_policy(ax: Axes, world: GridWorld, q: FloatArray) -> Axes:
     _draw_glyphs(ax, np.where(acts, "", marks), _MARK_SIZE, "white", gid="marks")
     _draw_glyphs(ax, np.where(acts, marks, ""), _CORNER_SIZE, style.MUTED, corner=0.35)
     _draw_glyphs(ax, np.where(acts, glyphs, ""), _ACTION_SIZE, style.INK, gid="actions")
-    _draw_frames(ax, world)
+    _draw_frames(ax, grid)
     ax.set(xlim=(-0.05, width + 0.05), ylim=(height + 0.05, -0.05), aspect="equal")
     ax.set_axis_off()
     _draw_colour_bar(ax, mesh, acts.shape)
     return ax
 
 
-def save_policy(path: FilePath, world: GridWorld, q: FloatArray, title: str) -> None:
-    """Draw a policy as a map of its own and write it as PNG.
+def save_policy(path: FilePath, grid: GridWorld, q: FloatArray, title: str) -> None:
+    """Draw a policy as a map and write it as PNG.
 
     Args:
         path: of the file.
-        world: how it is drawn.
+        grid: the layout of the cells.
         q: Q(s,a): [S, A].
         title: above the map.
 
     Raises:
         UserError: the file cannot be written.
     """
-    _, rows, columns = world.states.shape
-    across, down = columns * len(world.column_names), rows * len(world.row_names)
-    cell = 0.55 if len(world.states) == 1 else 0.27  # inches
+    _, rows, columns = grid.states.shape
+    across, down = columns * len(grid.column_names), rows * len(grid.row_names)
+    cell = 0.55 if len(grid.states) == 1 else 0.27  # inches
     figure = style.new_figure(cell * across + 1.8, cell * down + 1.4)
-    draw_policy(figure.subplots(), world, q)
+    draw_policy(figure.subplots(), grid, q)
     style.title(figure, title)
     style.save(figure, path)
 
@@ -135,30 +139,30 @@ def save_policy(path: FilePath, world: GridWorld, q: FloatArray, title: str) -> 
 def draw_path(
     ax: Axes, cells: Sequence[Cell], colour: str, label: str, *, offset: float = 0.0
 ) -> Axes:
-    """A walk over a map of one, from a ring to a dot, with a legend above.
+    """A path over a grid of one map, from a ring to a dot, with a legend above.
 
     Args:
-        ax: that holds the map.
-        cells: walked through, in their order; a jump, as from the cliff to the start, is a gap.
+        ax: with the map.
+        cells: in the order of the path; a jump, as from the cliff to the start, leaves a gap.
         colour: of the line.
         label: in the legend.
-        offset: right and down from the cells' middles, in cells, so that two walks both show.
+        offset: right and down from the centres, in cells, so that two paths are both visible.
     """
-    walked = np.array(cells, np.float64).reshape(-1, 2) + 0.5 + offset
-    jumps = np.flatnonzero(np.abs(np.diff(walked, axis=0)).sum(axis=1) > 1.5) + 1
-    y, x = np.insert(walked, jumps, np.nan, axis=0).T
+    path = np.array(cells, np.float64).reshape(-1, 2) + 0.5 + offset
+    jumps = np.flatnonzero(np.abs(np.diff(path, axis=0)).sum(axis=1) > 1.5) + 1
+    y, x = np.insert(path, jumps, np.nan, axis=0).T
     line: dict[str, Any] = {"solid_joinstyle": "round", "zorder": 4}
-    ax.plot(x, y, color="white", linewidth=4.2, **line)  # parts it from arrows and other walks
+    ax.plot(x, y, color="white", linewidth=4.2, **line)  # sets it off from arrows and other paths
     ax.plot(x, y, color=colour, linewidth=2.4, label=label, **line)
-    for place, face in ((walked[:1], "white"), (walked[-1:], colour)):
+    for place, face in ((path[:1], "white"), (path[-1:], colour)):
         ax.plot(*place.T[::-1], "o", markersize=6, color=colour, markerfacecolor=face, zorder=5)
     style.legend_above(ax)
     return ax
 
 
-def _walls(world: GridWorld, number: int) -> tuple[Cell, ...]:
-    """The walls of one map; one that matters to none stays blank."""
-    return world.walls if world.acts[number].any() else ()
+def _walls(grid: GridWorld, number: int) -> tuple[Cell, ...]:
+    """The walls of one map; a map without actions has none."""
+    return grid.walls if grid.acts[number].any() else ()
 
 
 def _lines(glyphs: NDArray[np.str_], walls: tuple[Cell, ...]) -> list[str]:
@@ -173,7 +177,7 @@ def _lines(glyphs: NDArray[np.str_], walls: tuple[Cell, ...]) -> list[str]:
 
 
 def _sheet(maps: NDArray[Any], across: int, fill: Any) -> NDArray[Any]:
-    """Maps laid side by side, `across` in a row, one cell apart: [M, R, C] to one sheet."""
+    """Maps laid out `across` per row, one cell apart: [M, R, C] to one sheet."""
     padded = np.pad(maps, ((0, 0), (0, 1), (0, 1)), constant_values=fill)
     _, rows, columns = padded.shape
     laid = padded.reshape(-1, across, rows, columns).swapaxes(1, 2)
@@ -181,13 +185,13 @@ def _sheet(maps: NDArray[Any], across: int, fill: Any) -> NDArray[Any]:
 
 
 def _norm(values: FloatArray) -> Normalize:
-    """From the least to the greatest value of any map, so that their colours compare."""
+    """The smallest to the largest value of all maps, so that their colours compare."""
     low, high = float(values.min()), float(values.max())
     return Normalize(low, high) if low < high else Normalize(low - 0.5, low + 0.5)
 
 
 def _plain(colour: str) -> LinearSegmentedColormap:
-    """A map of all values to one colour."""
+    """A colour map with a single colour."""
     return LinearSegmentedColormap.from_list(colour, [colour, colour])
 
 
@@ -198,8 +202,8 @@ def _draw_cells(ax: Axes, values: FloatArray, where: NDArray[np.bool_], **colour
 
 
 def _draw_colour_bar(ax: Axes, mesh: QuadMesh, shape: tuple[int, ...]) -> None:
-    """What the colours are worth, right of the map."""
-    # its name above it: beside it, the layout would cut it off
+    """A colour bar, right of the map."""
+    # its name is above it: beside it, the layout would cut it off
     height, width = shape
     bar = ax.inset_axes((1 + 0.3 / width, 0.0, 0.015 + 0.08 / width, 1 - 0.5 / height))
     ax.figure.colorbar(mesh, cax=bar)
@@ -218,7 +222,7 @@ def _draw_glyphs(
     corner: float = 0.0,
     gid: str | None = None,
 ) -> None:
-    """Characters in the middles of their cells, or towards the upper left: as large as the map."""
+    """Characters at the centres of their cells, or towards the upper left, scaled with the map."""
     paths = [
         _glyph(str(glyphs[row, column])).transformed(
             Affine2D().scale(size, -size).translate(column + 0.5 - corner, row + 0.5 - corner)
@@ -231,26 +235,26 @@ def _draw_glyphs(
 
 @lru_cache
 def _glyph(character: str) -> Path:
-    """A character's outline about the origin, an em 1 high."""
+    """The outline of a character, centred at the origin, with an em of 1."""
     path = TextPath((0, 0), character, size=1, prop=_FONT)
     box = path.get_extents()
     return path.transformed(Affine2D().translate(-(box.x0 + box.x1) / 2, -(box.y0 + box.y1) / 2))
 
 
-def _draw_frames(ax: Axes, world: GridWorld) -> None:
-    """Names of rows and columns of maps, and walls in each."""
-    _, rows, columns = world.states.shape
-    lefts = [number * (columns + 1) for number in range(len(world.column_names))]
-    tops = [number * (rows + 1) for number in range(len(world.row_names))]
+def _draw_frames(ax: Axes, grid: GridWorld) -> None:
+    """The names of the rows and columns of maps, and the walls in each map."""
+    _, rows, columns = grid.states.shape
+    lefts = [number * (columns + 1) for number in range(len(grid.column_names))]
+    tops = [number * (rows + 1) for number in range(len(grid.row_names))]
     text: dict[str, Any] = {"color": style.MUTED, "fontsize": 8, "ha": "center"}
-    for left, name in zip(lefts, world.column_names, strict=True):
+    for left, name in zip(lefts, grid.column_names, strict=True):
         ax.text(left + columns / 2, -0.35, name, va="bottom", **text)
-    for top, name in zip(tops, world.row_names, strict=True):
+    for top, name in zip(tops, grid.row_names, strict=True):
         ax.text(-0.45, top + rows / 2, name, va="center", rotation=90, **text)
     corners = [(left, top) for top in tops for left in lefts]
     segments = [
         [(left + column + 1, top + row), (left + column + 1, top + row + 1)]
         for number, (left, top) in enumerate(corners)
-        for row, column in _walls(world, number)
+        for row, column in _walls(grid, number)
     ]
     ax.add_collection(LineCollection(segments, color=style.INK, linewidth=1.6, zorder=3))

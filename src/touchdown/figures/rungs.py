@@ -1,4 +1,4 @@
-"""Learning curves of variants over several training seeds, with the interval of their mean."""
+"""Learning curves of variants over training seeds, with the interval of their mean."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -10,20 +10,21 @@ from scipy import stats
 
 from touchdown.core.types import FloatArray
 from touchdown.figures import style
+from touchdown.lander.rules import SOLVED_RETURN
 
 Curve = tuple[Sequence[float], Sequence[float]]
-"""Observations at which a run was validated, rising, and the mean returns."""
+"""Environment steps at which a run was validated, rising, and the mean returns."""
 
 _COLOURS = (style.MUTED, style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, style.RED)
 _POINTS = 200
 
 
 def mean_and_interval(curves: Sequence[Curve]) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Where all curves reach: observations, their mean, half the 95% interval by Student's t.
+    """Env steps that all curves cover, their mean, and half its 95% interval by Student's t.
 
     Args:
-        curves: one a training seed; validations do not fall on the same observations, so each is
-            read off its line.
+        curves: one per training seed; validations fall on different steps, so each curve is
+            interpolated.
     """
     first, last = (edge(c[0][i] for c in curves) for edge, i in ((max, 0), (min, -1)))
     at = np.linspace(first, last, _POINTS)
@@ -34,38 +35,40 @@ def mean_and_interval(curves: Sequence[Curve]) -> tuple[FloatArray, FloatArray, 
     return at, values.mean(axis=0), width * values.std(axis=0, ddof=1)
 
 
-def draw_rungs(ax: Axes, curves: Mapping[str, Sequence[Curve]], solved: float = 200.0) -> Axes:
-    """Mean validation return over observations of each variant, shaded by its interval.
+def draw_rungs(
+    ax: Axes, curves: Mapping[str, Sequence[Curve]], solved: float = SOLVED_RETURN
+) -> Axes:
+    """Mean validation return of each variant over environment steps, with its interval shaded.
 
     Args:
         ax: to draw on.
-        curves: by the variant's name; the first is what the others are beside.
+        curves: by the variant's name; the first is the one to compare with.
         solved: return that counts as solved.
     """
     _draw_curves(ax, curves)
     ax.axhline(solved, color=style.MUTED, linewidth=1, linestyle=(0, (4, 3)), zorder=1)
     ax.set_ylim(-400, 300)
     ax.set_ylabel("validation return, greedy")
-    return _over_observations(ax)
+    return _over_env_steps(ax)
 
 
 def draw_shares(ax: Axes, curves: Mapping[str, Sequence[Curve]], what: str) -> Axes:
-    """Mean share over observations of each variant, shaded by its interval.
+    """Mean share of each variant over environment steps, with its interval shaded.
 
     Args:
         ax: to draw on.
-        curves: by the variant's name: observations, and shares from 0 to 1.
-        what: the shares are of.
+        curves: by the variant's name: environment steps, and shares from 0 to 1.
+        what: label of the axis: what the shares are of.
     """
     _draw_curves(ax, curves)
     ax.set_ylim(0, 1.02)
     ax.yaxis.set_major_formatter(PercentFormatter(1.0))
     ax.set_ylabel(what)
-    return _over_observations(ax)
+    return _over_env_steps(ax)
 
 
 def _draw_curves(ax: Axes, curves: Mapping[str, Sequence[Curve]]) -> None:
-    # the more bands lie over each other, the fainter each must be
+    # the more bands overlap, the fainter each must be
     alpha = min(0.15, 0.36 / len(curves))
     for (name, runs), colour in zip(curves.items(), _COLOURS, strict=False):
         at, mean, half = mean_and_interval(runs)
@@ -74,7 +77,7 @@ def _draw_curves(ax: Axes, curves: Mapping[str, Sequence[Curve]]) -> None:
         ax.plot(at, mean, color=colour, linewidth=1.8, label=f"{name}, {seeds}")
 
 
-def _over_observations(ax: Axes) -> Axes:
+def _over_env_steps(ax: Axes) -> Axes:
     ax.set_xlabel("observations")
     ax.xaxis.set_major_formatter(EngFormatter(sep=""))
     ax.set_xlim(left=0)

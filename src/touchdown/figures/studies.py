@@ -1,4 +1,4 @@
-"""What a study found: the seeds of each level, and the interval of their mean."""
+"""A study's results: the seeds of each level, and the interval of their mean."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -17,10 +17,10 @@ from touchdown.stats.summary import Interval
 
 COLOURS = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, style.RED)
 _SEED: dict[str, Any] = {"s": 14, "alpha": 0.45, "linewidths": 0, "zorder": 2}
-_WIDE = 30.0  # greatest position over the least from which an axis is logarithmic
-# return points: what few seeds leave open beyond them would squeeze all that matters
+_WIDE = 30.0  # ratio of the largest to the smallest position from which an axis is logarithmic
+# return points: wider intervals, of few seeds, would squeeze the rest of the figure
 _LEAST_SHOWN, _MOST_SHOWN = -300.0, 320.0
-_BESIDE = 4.0  # points of type from a mean to its seeds
+_BESIDE = 4.0  # typographic points between a mean and its seeds
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +29,7 @@ class Point:
 
     position: float
     values: FloatArray
-    """[n], a number a seed."""
+    """[n], one number per seed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class Row:
 
     label: str
     values: FloatArray
-    """[n], a number a seed."""
+    """[n], one number per seed."""
     is_base: bool = False
 
 
@@ -49,9 +49,9 @@ def draw_over_axis(
 
     Args:
         ax: to draw on.
-        lines: by name; "" is not named.
-        axis: what the positions are.
-        base: position of the level that the paper chose, marked; None marks none.
+        lines: by name; "" has no legend entry.
+        axis: label of the x axis.
+        base: position of the level that the paper chose, which is marked; None marks none.
     """
     positions = sorted({point.position for points in lines.values() for point in points})
     scale = _scale_of(positions)
@@ -81,7 +81,7 @@ def draw_over_axis(
 
 
 def _fit(ax: Axes, positions: Sequence[float]) -> None:
-    """Leave room at both ends; what was moved aside is not counted by matplotlib's own limits."""
+    """Leave room at both ends; matplotlib's own limits do not count offset points."""
     scale = ax.xaxis.get_transform()
     first, last = scale.transform([positions[0], positions[-1]])
     room = 0.06 * (last - first) or 1.0
@@ -89,7 +89,7 @@ def _fit(ax: Axes, positions: Sequence[float]) -> None:
 
 
 def _moved(ax: Axes, right: float = 0.0, down: float = 0.0) -> Transform:
-    """The data's own transform, so many points of type aside: what coincides is seen apart."""
+    """The data transform, offset in typographic points, so that coinciding marks are visible."""
     return offset_copy(ax.transData, ax.get_figure(root=True), x=right, y=-down, units="points")
 
 
@@ -127,12 +127,12 @@ def draw_rows(
     *,
     shares: bool = False,
 ) -> Axes:
-    """A list of levels from the top: the seeds, their mean with its 95% interval.
+    """A list of levels from the top: the seeds, and their mean with its 95% interval.
 
     Args:
         ax: to draw on.
         rows: the levels.
-        lines: numbers to compare with, by name, such as the PID's.
+        lines: values to compare with, by name, such as the PID's.
         shares: whether the numbers are shares, from 0 to 1.
     """
     for place, row in enumerate(rows):
@@ -148,7 +148,7 @@ def draw_rows(
         ax.plot([mean.low, mean.high], [place, place], color=colour, linewidth=2.4, zorder=3)
         ax.plot([mean.value], [place], color=colour, marker="o", markersize=7, zorder=4)
         ax.annotate(
-            _told(mean.value, shares=shares),
+            _label(mean.value, shares=shares),
             (mean.value, place),
             xytext=(0, 7),
             textcoords="offset points",
@@ -176,7 +176,7 @@ def draw_rows(
     return ax
 
 
-def _told(mean: float, *, shares: bool) -> str:
+def _label(mean: float, *, shares: bool) -> str:
     if shares:
         return f"{mean:.0%}"
     return f"{mean:.0f}" if abs(mean) >= 10 else f"{mean:.2g}"
@@ -188,13 +188,13 @@ def draw_map(
     up: tuple[str, Sequence[str]],
     cells: Mapping[tuple[int, int], FloatArray],
 ) -> Axes:
-    """Two factors: the mean of each cell as a colour, and with its 95% interval in words.
+    """A map of two factors: the mean of each cell as a colour, and in text with its 95% interval.
 
     Args:
         ax: to draw on.
         across: the name of the factor along x, and its levels.
         up: the name of the factor along y, and its levels.
-        cells: [n], a number a seed, of at least one cell, by its levels' places up and across.
+        cells: [n], one number per seed, by the indices (up, across); at least one cell.
     """
     found = {place: mean_interval(values) for place, values in cells.items()}
     means = np.full((len(up[1]), len(across[1])), np.nan)
@@ -230,17 +230,17 @@ def finish(
     others: Sequence[float] = (),
     shares: bool = False,
 ) -> Axes:
-    """Name the axis of the numbers, and fit it to the seeds and their intervals.
+    """Label the axis of the numbers, and fit its limits to the seeds and their intervals.
 
-    The interval of few seeds that differ is wider than all that is worth seeing: it is cut off.
+    The interval of a few seeds that differ can be far wider than the data: it is cut off.
 
     Args:
         ax: to finish.
-        what: the numbers are.
-        groups: the seeds' numbers of each level drawn, one seed or more.
-        along: which axis they are on.
-        others: numbers drawn beside them, to be seen too.
-        shares: whether they are shares, from 0 to 1, and not return points.
+        what: label of the axis: what the numbers are.
+        groups: the numbers of each level, one per seed, at least one.
+        along: the axis that they are on.
+        others: other numbers that must be visible, such as a baseline's.
+        shares: whether the numbers are shares, from 0 to 1, rather than return points.
     """
     axis = ax.xaxis if along == "x" else ax.yaxis
     limit = ax.set_xlim if along == "x" else ax.set_ylim
@@ -259,7 +259,7 @@ def finish(
 
 
 def _scale_of(positions: Sequence[float]) -> tuple[str, dict[str, float]]:
-    """Logarithmic where positions lie far apart; γ and ε's decay crowd towards 1."""
+    """Logarithmic if positions are far apart; by distance from 1 for γ and the decay of ε."""
     greatest, least = positions[-1], min((p for p in positions if p > 0), default=1.0)
     if least > 0.5 and greatest < 1:
         return "function", {"functions": (_from_one, _to_one)}  # pyright: ignore[reportReturnType]
@@ -269,7 +269,7 @@ def _scale_of(positions: Sequence[float]) -> tuple[str, dict[str, float]]:
 
 
 def _from_one(x: FloatArray) -> FloatArray:
-    """How far below 1, in powers of ten, rising with x."""
+    """Distance below 1 in powers of ten, rising with x."""
     return -np.log10(np.maximum(1e-6, 1 - np.asarray(x, float)))
 
 

@@ -1,4 +1,4 @@
-"""How figures look, and how they become files."""
+"""The look of all figures, and how they are written to files."""
 
 import functools
 from pathlib import Path
@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from touchdown.core import files
 
-# Okabe and Ito's colours, which all kinds of colour vision tell apart
+# Okabe and Ito's colours, distinguishable with any kind of colour vision
 BLUE, ORANGE, GREEN, RED, PURPLE = "#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7"
 INK, MUTED, FAINT = "#1d2330", "#6b7280", "#d9dce3"
 
@@ -18,7 +18,7 @@ _DPI = 200  # twice matplotlib's, for sharp screens
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """An empty figure outside of pyplot, which would keep it.
+    """An empty figure made without pyplot, which would keep it in memory.
 
     Args:
         width: inches.
@@ -28,7 +28,7 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def tidy(ax: Axes) -> Axes:
-    """Take away what carries no numbers, and put a quiet grid behind what does."""
+    """Remove decoration that carries no numbers, and put a light grid behind the data."""
     for side in ("top", "right"):
         ax.spines[side].set_visible(False)
     for side in ("left", "bottom"):
@@ -42,7 +42,7 @@ def tidy(ax: Axes) -> Axes:
 
 
 def legend_above(ax: Axes) -> None:
-    """A legend above the axes, of all that has a label: in one line, or in two where it is long."""
+    """A legend of everything labelled, above the axes, in one line or two."""
     handles, labels = ax.get_legend_handles_labels()
     count = max(len(handles), 1)
     ax.legend(
@@ -66,9 +66,9 @@ def title(figure: Figure, text: str) -> None:
 
 
 def save(figure: Figure, path: Path, *others: Path) -> None:
-    """Write a figure in the format of each path's suffix, whole or not at all, and empty it.
+    """Write a figure in the format of each path's suffix, whole or not at all, and clear it.
 
-    One figure makes the same file twice: nothing in it is of the day or by chance.
+    The same figure gives the same bytes: the file holds no date and no random ids.
 
     Raises:
         UserError: a file cannot be written.

@@ -9,10 +9,11 @@ from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
 from touchdown.core.types import FloatArray
 from touchdown.figures import style
+from touchdown.lander.rules import SOLVED_RETURN
 
 Held = tuple[Sequence[float], Sequence[float]]
-"""Seconds since which a run held a policy, rising, and the policies' mean returns; the last is the
-run's end."""
+"""Seconds at which a run took on a new policy, rising, and the mean returns of the policies; the
+last entry is the end of the run."""
 
 _COLOURS = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, style.RED, style.MUTED)
 _POINTS = 400
@@ -21,10 +22,10 @@ _POINTS = 400
 def range_over_seeds(
     runs: Sequence[Held],
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Seconds, from when all runs hold a policy to the last one's end; the mean, least and most.
+    """Seconds, from when all runs have a policy to the end of the last; mean, least and most.
 
     Args:
-        runs: one a training seed. A policy is held until the next, and the last one for good.
+        runs: one per training seed. A policy is held until the next one; the last is kept.
     """
     at = np.geomspace(max(s[0] for s, _ in runs), max(s[-1] for s, _ in runs), _POINTS)
     values = np.array(
@@ -33,8 +34,10 @@ def range_over_seeds(
     return at, values.mean(axis=0), values.min(axis=0), values.max(axis=0)
 
 
-def draw_wall_clock(ax: Axes, systems: Mapping[str, Sequence[Held]], solved: float = 200.0) -> Axes:
-    """Mean return of the policy held over seconds of training, shaded from least to most.
+def draw_wall_clock(
+    ax: Axes, systems: Mapping[str, Sequence[Held]], solved: float = SOLVED_RETURN
+) -> Axes:
+    """Mean return of the held policy over seconds of training, shaded from least to most.
 
     Args:
         ax: to draw on.

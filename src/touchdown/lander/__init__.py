@@ -1,12 +1,13 @@
-"""The world: stock Gymnasium and the exact engine, flights recorded from them, and their pictures.
+"""The lunar lander on the exact engine, behind Gymnasium's interfaces.
 
-Importing it registers `touchdown/LunarLander-v3` and `touchdown/LunarLanderContinuous-v3` with
-Gymnasium: the exact engine's.
+Importing this package registers `touchdown/LunarLander-v3` and
+`touchdown/LunarLanderContinuous-v3` with Gymnasium. Both run on the exact engine.
 """
 
 import gymnasium
 
 from touchdown.lander.factory import make, make_vec
+from touchdown.lander.rules import MAX_EPISODE_STEPS, SOLVED_RETURN
 
 __all__ = ["make", "make_vec"]
 
@@ -18,7 +19,7 @@ for _name, _settings in {
         id=f"touchdown/{_name}",
         entry_point="touchdown.lander.single:LanderEnv",
         vector_entry_point="touchdown.lander.vector:LanderVectorEnv",
-        max_episode_steps=1_000,
-        reward_threshold=200,
+        max_episode_steps=MAX_EPISODE_STEPS,
+        reward_threshold=SOLVED_RETURN,
         kwargs=_settings,
     )

@@ -13,46 +13,46 @@ _built = importlib.util.find_spec("touchdown.lander._engine") is not None
 
 
 def engine_built() -> bool:
-    """Whether the exact engine came with this installation."""
+    """Whether the exact engine was compiled with this installation."""
     return _built
 
 
 def use_engine(engine: Engine) -> None:
-    """Choose what flies the lander where either would do; results are the same to the last bit.
+    """Choose the engine that simulates the lander; results are the same to the last bit.
 
     Args:
-        engine: `exact`, ours in C++, or `gymnasium`, stock.
+        engine: `exact`, the engine in C++, or `gymnasium`, the stock environment.
 
     Raises:
-        UserError: there is no such engine, or ours was not built.
+        UserError: there is no such engine, or the exact one was not built.
     """
     check_engine(engine)
     _chosen.append(engine)
 
 
 def check_engine(engine: Engine) -> None:
-    """Refuse an engine that is not there.
+    """Raise if an engine is unknown or was not built.
 
     Raises:
-        UserError: there is no such engine, or ours was not built.
+        UserError: there is no such engine, or the exact one was not built.
     """
     if engine not in ("exact", "gymnasium"):
         raise UserError(f"engine {engine!r}: must be exact or gymnasium")
     if engine == "exact" and not _built:
         raise UserError(
             "engine 'exact': was not built when touchdown was installed; "
-            "install a C++ compiler such as g++ and then touchdown again, or take gymnasium"
+            "install a C++ compiler such as g++ and reinstall touchdown, or use gymnasium"
         )
 
 
 def engine_in_use() -> Engine:
-    """Ours where it was built, unless stock was chosen; without it, once a word of warning."""
+    """The engine chosen last; else the exact one, or stock with one warning if it was not built."""
     if _chosen:
         return _chosen[-1]
     if not _built:
         warnings.warn(
             "the exact engine was not built (no C++ compiler when touchdown was installed): "
-            "stock Gymnasium flies instead, more slowly",
+            "stock Gymnasium is used instead, which is slower",
             stacklevel=2,
         )
     _chosen.append("exact" if _built else "gymnasium")

@@ -1,4 +1,4 @@
-"""Making landers for Gymnasium's users: ours where it was built, or stock, under one contract."""
+"""Make lander environments, exact or stock, behind the same Gymnasium interfaces."""
 
 from typing import Any
 
@@ -10,16 +10,16 @@ from touchdown.lander.rules import EXACT_ID, LANDER_IDS
 
 
 def make(*, engine: Engine | None = None, **settings: Any) -> gymnasium.Env[Any, Any]:
-    """One lander with the limit of 1000 steps.
+    """One lander environment with the limit of 1000 steps.
 
     Args:
-        engine: `exact` or `gymnasium`, stock; ours where it was built, if it is left out. Both fly
-            alike to the last bit.
+        engine: `exact` or `gymnasium` (stock); by default `exact` where it was built. Both give
+            the same results to the last bit.
         settings: stock's `continuous`, `gravity`, `enable_wind`, `wind_power`, `turbulence_power`,
             and `render_mode` for stock.
 
     Raises:
-        UserError: there is no such engine, or ours was not built.
+        UserError: there is no such engine, or the exact one was not built.
         ValueError: a setting is out of range.
     """
     return gymnasium.make(EXACT_ID if _is_exact(engine) else LANDER_IDS[0], **settings)
@@ -33,17 +33,17 @@ def make_vec(
     num_threads: int = 1,
     **settings: Any,
 ) -> VectorEnv[Any, Any, Any]:
-    """Many landers, each with the limit of 1000 steps.
+    """A vector environment of landers, each with the limit of 1000 steps.
 
     Args:
         num_envs: N.
-        engine: as for `make`; stock ones fly one after the other.
-        autoreset_mode: Gymnasium's: when an environment that has ended begins again.
-        num_threads: threads of the exact engine; no result depends on it.
+        engine: as for `make`; stock environments are stepped one after the other.
+        autoreset_mode: Gymnasium's: when an environment whose episode ended is reset.
+        num_threads: threads of the exact engine; results do not depend on it.
         settings: as for `make`.
 
     Raises:
-        UserError: there is no such engine, or ours was not built.
+        UserError: there is no such engine, or the exact one was not built.
         ValueError: a number is out of range.
     """
     if _is_exact(engine):

@@ -1,15 +1,16 @@
-"""The lander's numbers: ids, actions, costs, and what a batch of landers can be asked to do."""
+"""The lander's constants: ids, time limit, actions, fuel costs, and the tasks of a batch."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 LANDER_IDS = ("LunarLander-v3",)
 EXACT_ID = "touchdown/LunarLander-v3"
-MAX_EPISODE_STEPS = 1_000
+MAX_EPISODE_STEPS = 1_000  # Gymnasium's time limit of the lander
+SOLVED_RETURN = 200.0  # episode return from which Gymnasium calls the lander solved
 OBSERVATION_SIZE = 8
-MAIN_ENGINE_COST = 0.3  # return points a step, gymnasium's lunar_lander.py
+MAIN_ENGINE_COST = 0.3  # return points per step, as in gymnasium's lunar_lander.py
 SIDE_ENGINE_COST = 0.03
-NOTHING, STEP, BEGIN = range(3)  # what one environment of a batch does in a call
+NOTHING, STEP, BEGIN = range(3)  # an environment's task in one call of a batch
 IDLE, LEFT_ENGINE, MAIN_ENGINE, RIGHT_ENGINE = range(4)
 
 
@@ -19,7 +20,7 @@ def is_lander(env_id: str) -> bool:
 
 
 def fuel_of(actions: NDArray[np.integer]) -> float:
-    """Return points that the engines cost over an episode's actions [T]."""
+    """Return points spent on the engines over an episode's actions [T]."""
     main = np.count_nonzero(actions == MAIN_ENGINE)
     side = np.count_nonzero((actions == LEFT_ENGINE) | (actions == RIGHT_ENGINE))
     return MAIN_ENGINE_COST * main + SIDE_ENGINE_COST * side

@@ -19,9 +19,10 @@ from touchdown.lander.space import (
     read_states,
     read_terrain,
 )
+from touchdown.lander.stock import FPS
 
 _MAGIC = b"TDSINGLE"
-_SNAPSHOT = struct.Struct("<8sq")  # before the engine's own, which has a version and a checksum
+_SNAPSHOT = struct.Struct("<8sq")  # header before the engine's part, which has a checksum
 _BEGIN = np.array([BEGIN], np.uint8)
 
 
@@ -29,21 +30,21 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
     """LunarLander-v3 on the exact engine; Gymnasium's registration adds the limit of 1000 steps.
 
     Args:
-        render_mode: None; flights are drawn from their records.
-        max_episode_steps: a limit without Gymnasium's wrapper, which snapshots then know of.
-        continuous: whether an action is a pair of throttles.
+        render_mode: must be None; films are made from recorded flights.
+        max_episode_steps: a limit without Gymnasium's wrapper; snapshots then hold the step count.
+        continuous: whether an action is a pair of throttles, [main engine, side engine].
         gravity: between -12 and 0, m/s².
-        enable_wind: whether the wind blows.
-        wind_power: its force, N.
-        turbulence_power: its torque, N m.
+        enable_wind: whether there is wind.
+        wind_power: force of the wind, N.
+        turbulence_power: torque of the wind, N m.
 
     Raises:
         ValueError: a number is out of range.
     """
 
     helipad = HELIPAD
-    """x of the flag on the left and on the right, and height of the pad, m."""
-    metadata: dict[str, Any] = {"render_modes": [], "render_fps": 50}  # noqa: RUF012 - as Gymnasium's
+    """x of the left and of the right flag, and the height of the pad, m."""
+    metadata: dict[str, Any] = {"render_modes": [], "render_fps": FPS}  # noqa: RUF012 - as Gymnasium's
 
     def __init__(
         self,
@@ -57,7 +58,9 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
         turbulence_power: float = 1.5,
     ) -> None:
         if render_mode is not None:
-            raise ValueError(f"render_mode {render_mode!r}: must be None; flights are drawn later")
+            raise ValueError(
+                f"render_mode {render_mode!r}: must be None; films are made from recorded flights"
+            )
         self.render_mode = None
         self.observation_space = cast(spaces.Space[FloatArray], observation_space())
         self.action_space = action_space(continuous=continuous)
@@ -82,7 +85,7 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[FloatArray, dict[str, Any]]:
-        """Start an episode; without a seed the stream of random numbers goes on."""
+        """Start an episode; without a seed the random stream continues."""
         self._need_open()
         super().reset(seed=seed, options=options)
         if seed is not None:
@@ -91,10 +94,10 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
         return self._advance(_BEGIN), {}
 
     def step(self, action: Any) -> tuple[FloatArray, float, bool, bool, dict[str, Any]]:
-        """One fiftieth of a second.
+        """Advance by one step, 1/50 s.
 
         Raises:
-            ValueError: the action is none of the space's.
+            ValueError: the action is not in the action space.
         """
         self._need_open()
         self._actions[0] = self._checked(action)
@@ -104,11 +107,11 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
         return observation, float(self._rewards[0]), bool(self._terminated[0]), truncated, {}
 
     def close(self) -> None:
-        """Refuse all that comes after."""
+        """Close the environment; every later call raises."""
         self._closed = True
 
     def states(self) -> LanderStates:
-        """The lander's insides, with N = 1."""
+        """The physical state of the lander, with N = 1."""
         return read_states(self._batch)
 
     def terrain(self) -> FloatArray:
@@ -116,18 +119,18 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
         return read_terrain(self._batch, 0)
 
     def coverage(self) -> dict[str, Any]:
-        """How often each rare path of the physics was taken since the environment was made."""
+        """Counts of the rare paths that the physics took since the environment was made."""
         return self._batch.coverage()
 
     def snapshot(self) -> bytes:
-        """The whole state, generator and step count included."""
+        """The complete state, including the random generator and the step count."""
         return _SNAPSHOT.pack(_MAGIC, self._steps) + self._batch.snapshot(0)
 
     def restore(self, snapshot: bytes) -> None:
-        """Go on from a snapshot.
+        """Continue from a snapshot.
 
         Raises:
-            ValueError: the bytes are no snapshot of an environment with these settings.
+            ValueError: the bytes are not a snapshot of an environment with these settings.
         """
         if snapshot[: len(_MAGIC)] != _MAGIC or len(snapshot) < _SNAPSHOT.size:
             raise ValueError("not a snapshot of a lander")

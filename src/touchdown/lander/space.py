@@ -1,4 +1,4 @@
-"""The lander's spaces and its insides, for one and for many."""
+"""The lander's observation and action spaces, and its physical state."""
 
 from typing import Any, NamedTuple
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from touchdown.core.types import FloatArray
 from touchdown.lander._engine import Batch
 
-# as stock's: the observation's units are half viewports, and so on; see gymnasium's lunar_lander.py
+# stock's bounds; positions are in half viewports, see gymnasium's lunar_lander.py
 _HIGH = np.array([2.5, 2.5, 10, 10, 2 * np.pi, 10, 1, 1], np.float32)
 _LOW = np.array([-2.5, -2.5, -10, -10, -2 * np.pi, -10, 0, 0], np.float32)
 
@@ -18,39 +18,39 @@ _NUM_CORNERS = 11
 
 
 def observation_space() -> spaces.Box:
-    """Stock's."""
+    """Stock's observation space, [8]."""
     return spaces.Box(_LOW, _HIGH)
 
 
 def action_space(*, continuous: bool) -> spaces.Space[Any]:
-    """Stock's."""
+    """Stock's action space: four discrete actions, or two throttles."""
     return spaces.Box(-1, +1, (2,), np.float32) if continuous else spaces.Discrete(4)
 
 
 class LanderStates(NamedTuple):
-    """The insides of N landers; along the second axis of the bodies hull, leg 0 and leg 1."""
+    """The physical states of N landers; the second axis is hull, leg 0, leg 1."""
 
     positions: FloatArray
-    """[N, 3, 2]: x and y of the bodies' origins, m."""
+    """[N, 3, 2]: x and y of the origins of the bodies, m."""
     angles: FloatArray
     """[N, 3]: radians, counter-clockwise."""
     velocities: FloatArray
     """[N, 3, 2]: of the centres of mass, m/s."""
-    spins: FloatArray
-    """[N, 3]: radians a second."""
+    angular_velocities: FloatArray
+    """[N, 3]: rad/s."""
     leg_contacts: NDArray[np.bool_]
-    """[N, 2]: whether stock says that the leg is on the ground."""
+    """[N, 2]: whether the leg is on the ground, by stock's flag."""
     awake: NDArray[np.bool_]
-    """[N]: false once the lander has come to rest."""
+    """[N]: false once the lander is at rest."""
     engine_powers: FloatArray
-    """[N, 2]: throttle of the main and of the side engine in the last step; of the side engine,
-    less than 0 for stock's action 1 and more for its action 3."""
+    """[N, 2]: throttles of the main and of the side engine in the last step; the side engine's is
+    negative for stock's action 1 and positive for its action 3."""
     fuel: FloatArray
-    """[N]: return points that the engines have cost in this episode."""
+    """[N]: return points spent on the engines in this episode."""
 
 
 def read_states(batch: Batch) -> LanderStates:
-    """The insides of all landers of a batch."""
+    """The physical states of all landers of a batch."""
     count = len(batch)
     bodies = np.empty((count, _NUM_BODIES, 6), np.float32)
     leg_contacts = np.empty((count, 2), np.bool_)
@@ -61,7 +61,7 @@ def read_states(batch: Batch) -> LanderStates:
         positions=bodies[..., 0:2],
         angles=bodies[..., 2],
         velocities=bodies[..., 3:5],
-        spins=bodies[..., 5],
+        angular_velocities=bodies[..., 5],
         leg_contacts=leg_contacts,
         awake=awake,
         engine_powers=engines[:, :2],

@@ -20,13 +20,14 @@ from touchdown.lander.space import (
     read_states,
     read_terrain,
 )
+from touchdown.lander.stock import FPS
 
 _SNAPSHOT_MAGIC = b"TDVECTOR"
 _SNAPSHOT_VERSION = 1
 
 
 class StepArrays(NamedTuple):
-    """Where a step writes what comes of it."""
+    """The arrays that a step writes its results to."""
 
     observations: NDArray[np.float32]  # [N, 8]
     rewards: NDArray[np.float64]  # [N]
@@ -35,7 +36,7 @@ class StepArrays(NamedTuple):
 
     @classmethod
     def empty(cls, num_envs: int) -> Self:
-        """Arrays for N environments, with whatever is in them."""
+        """Uninitialised arrays for N environments."""
         return cls(
             np.empty((num_envs, OBSERVATION_SIZE), np.float32),
             np.empty(num_envs),
@@ -45,19 +46,19 @@ class StepArrays(NamedTuple):
 
 
 class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
-    """Many landers at once, as `SyncVectorEnv` of stock environments with a limit of 1000 steps.
+    """N landers that behave as `SyncVectorEnv` of stock environments with a time limit does.
 
     Args:
         num_envs: N.
-        max_episode_steps: the limit, in steps.
+        max_episode_steps: the time limit, in steps.
         autoreset_mode: Gymnasium's.
-        num_threads: threads that share the landers; no result depends on it.
-        render_mode: None; flights are drawn from their records.
-        continuous: whether an action is a pair of throttles.
+        num_threads: threads that share the landers; results do not depend on it.
+        render_mode: must be None; films are made from recorded flights.
+        continuous: whether an action is a pair of throttles, [main engine, side engine].
         gravity: between -12 and 0, m/s².
-        enable_wind: whether the wind blows.
-        wind_power: its force, N.
-        turbulence_power: its torque, N m.
+        enable_wind: whether there is wind.
+        wind_power: force of the wind, N.
+        turbulence_power: torque of the wind, N m.
 
     Raises:
         ValueError: a number is out of range.
@@ -78,7 +79,9 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
         turbulence_power: float = 1.5,
     ) -> None:
         if render_mode is not None:
-            raise ValueError(f"render_mode {render_mode!r}: must be None; flights are drawn later")
+            raise ValueError(
+                f"render_mode {render_mode!r}: must be None; films are made from recorded flights"
+            )
         if max_episode_steps < 1:
             raise ValueError(f"max_episode_steps = {max_episode_steps}: must be at least 1")
         self._batch = Batch(
@@ -94,7 +97,7 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {
             "render_modes": [],
-            "render_fps": 50,
+            "render_fps": FPS,
             "autoreset_mode": self.autoreset_mode,
         }
         self.render_mode = None
@@ -111,7 +114,7 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
         self._steps = np.zeros(num_envs, np.int64)
         self._ended = np.zeros(num_envs, np.bool_)
         self._tasks = np.zeros(num_envs, np.uint8)
-        self._unused = StepArrays.empty(num_envs)  # an episode's beginning has no reward
+        self._unused = StepArrays.empty(num_envs)  # a reset has no reward
 
     def reset(
         self,
@@ -122,11 +125,11 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
         """Start an episode in each environment, with the seeds seed, seed + 1, ...
 
         Args:
-            seed: the first seed, or one for each environment; None goes on with its stream.
-            options: `reset_mask`, [N] booleans, leaves out environments where it is false.
+            seed: the first seed, or one for each environment; None continues its random stream.
+            options: `reset_mask`, [N] booleans: only environments where it is true are reset.
 
         Raises:
-            ValueError: there are not as many seeds as environments, or the mask is no such mask.
+            ValueError: the number of seeds is not N, or the mask has another shape or type.
         """
         self._need_open()
         seeds = self._seeds(seed)
@@ -142,15 +145,15 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
     def step(
         self, actions: NDArray[Any], *, out: StepArrays | None = None
     ) -> tuple[FloatArray, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
-        """One step of every environment; those that have ended begin again, as the mode says.
+        """Step every environment; those whose episode ended are reset as the autoreset mode says.
 
         Args:
-            actions: [N] whole numbers, or [N, 2] throttles.
-            out: what to write and return; without it, fresh arrays.
+            actions: [N] integers, or [N, 2] throttles.
+            out: arrays to write to and return; new ones if None.
 
         Raises:
-            ValueError: the actions or arrays are of another shape or type, or an action is out of
-                range, or an environment has ended and nothing begins it again.
+            ValueError: the actions or arrays have another shape or type, an action is out of range,
+                or an episode has ended and autoreset is disabled.
         """
         self._need_open()
         if self.autoreset_mode == AutoresetMode.DISABLED and self._ended.any():
@@ -183,10 +186,10 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
         return observations, rewards, terminated, truncated, infos
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Nothing to give back: the engine holds memory only."""
+        """Do nothing: the engine holds memory only."""
 
     def states(self) -> LanderStates:
-        """The landers' insides."""
+        """The physical states of all landers."""
         return read_states(self._batch)
 
     def terrain(self, index: int) -> FloatArray:
@@ -194,20 +197,20 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
         return read_terrain(self._batch, index)
 
     def coverage(self) -> dict[str, Any]:
-        """How often each rare path of the physics was taken since the environments were made."""
+        """Counts of the rare paths that the physics took since the environments were made."""
         return self._batch.coverage()
 
     def snapshot(self, index: int) -> bytes:
-        """The whole state of one environment: world, generator, step count, last observation."""
+        """The complete state of one environment: physics, generator, step count, observation."""
         header = _SNAPSHOT_MAGIC + _SNAPSHOT_VERSION.to_bytes(4, "little")
         clock = np.array([self._steps[index], self._ended[index]], "<i8").tobytes()
         return header + clock + self._observations[index].tobytes() + self._batch.snapshot(index)
 
     def restore(self, index: int, snapshot: bytes) -> None:
-        """Have one environment go on from a snapshot; nothing changes if it is refused.
+        """Continue one environment from a snapshot; nothing changes if the snapshot is refused.
 
         Raises:
-            ValueError: the bytes are no snapshot of an environment with these settings.
+            ValueError: the bytes are not a snapshot of an environment with these settings.
         """
         magic, version = snapshot[:8], int.from_bytes(snapshot[8:12], "little")
         if magic != _SNAPSHOT_MAGIC:
@@ -226,7 +229,7 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
         self._observations[index] = np.frombuffer(observation, np.float32)
 
     def copy_state(self, index: int, to: Sequence[int]) -> None:
-        """Put other environments where one is: world, generator and step count.
+        """Copy the state of one environment to others: physics, generator and step count.
 
         Raises:
             IndexError: there is no such environment.
@@ -246,7 +249,7 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
             seed = [int(seed) + i for i in range(self.num_envs)]
         given: Any = seed
         if not isinstance(given, Sequence | np.ndarray):
-            raise ValueError(f"seed = {seed!r}: must be a whole number, or one for each of them")
+            raise ValueError(f"seed = {seed!r}: must be a whole number, or one per environment")
         if len(seed) != self.num_envs:
             raise ValueError(f"seed has {len(seed)} entries, must have {self.num_envs}")
         for i, each in enumerate(cast(Sequence[Any], given)):
@@ -261,12 +264,12 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
         if mask.shape != (self.num_envs,) or mask.dtype != np.bool_ or not mask.any():
             raise ValueError(
                 f"reset_mask is {mask.dtype}{mask.shape}: must be bool({self.num_envs},) "
-                "with a true one"
+                "with at least one true entry"
             )
         return mask
 
     def _begin(self) -> None:
-        """Start an episode where the tasks say so, and clear the clocks there."""
+        """Start an episode where the task is BEGIN, and reset the step count there."""
         unused = self._unused
         self._batch.step(
             self._actions, self._observations, unused.rewards, unused.terminated, self._tasks

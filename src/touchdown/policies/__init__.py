@@ -1,1 +1,1 @@
-"""What acts: baselines, saved weights, files of other libraries; looked up by name."""
+"""Policies, which act: baselines, saved weights and files of other libraries, looked up by name."""

@@ -1,4 +1,4 @@
-"""Policies that need no training: Gymnasium's heuristic, random actions, and the PID's gains."""
+"""Policies without training: Gymnasium's heuristic, random actions, and the PID's gains."""
 
 import hashlib
 from dataclasses import fields
@@ -19,11 +19,11 @@ class HeuristicPolicy:
     """The controller that Gymnasium ships with its lander."""
 
     def __init__(self) -> None:
-        # Box2D comes with it
+        # it loads Box2D
         from gymnasium.envs.box2d import lunar_lander  # noqa: PLC0415
 
         self._heuristic: Any = lunar_lander.heuristic
-        # it asks the environment only whether its actions are continuous
+        # the heuristic reads only whether the environment's actions are continuous
         self._env = gymnasium.make("LunarLander-v3", disable_env_checker=True).unwrapped
 
     def act(self, observations: FloatArray) -> IntArray:
@@ -32,9 +32,10 @@ class HeuristicPolicy:
 
 
 class RandomPolicy:
-    """Actions as by chance, each a hash of what is observed.
+    """Pseudo-random actions, each a hash of the observation.
 
-    So a start is always flown alike, whoever flies beside: a generator would be shared.
+    A generator would be shared by the episodes of a batch; with a hash, the flight from a start
+    does not depend on the other episodes.
 
     Args:
         num_actions: to choose from.
@@ -50,7 +51,7 @@ class RandomPolicy:
 
 
 def shipped_pid(rule: Rule | None = None) -> PIDConfig:
-    """The gains that came out of `touchdown tune pid`, for one rule, or for the better of them."""
+    """The shipped gains, tuned by `touchdown tune pid`, for a rule; by default the better one."""
     name = f"pid_{rule or 'signed'}.toml"
     with resources.as_file(resources.files("touchdown.control") / name) as path:
         return read_pid(path)

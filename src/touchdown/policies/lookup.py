@@ -1,4 +1,4 @@
-"""Policies by name: baselines, those that come with touchdown, and files."""
+"""Policies by name: baselines, shipped policies, and files."""
 
 from importlib import resources
 from importlib.resources.abc import Traversable
@@ -17,18 +17,18 @@ from touchdown.policies.named import NamedPolicy
 from touchdown.policies.weights import load_weights
 
 SHIPPED = resources.files("touchdown.policies") / "shipped"
-"""Folder of the weights that come with touchdown, `<name>.safetensors`."""
+"""Folder of the shipped weights, `<name>.safetensors`."""
 
 
 def load(name: str, env_id: str = "LunarLander-v3") -> NamedPolicy:
-    """A policy that is no run's, by its name.
+    """A policy by its name, of any kind but a run's.
 
     Args:
-        name: `pid`, `heuristic`, `random`, a policy that comes with touchdown, or the path of a
-            file: `.safetensors` that a run wrote, `.toml` with a PID's gains, an `.onnx` model, or
-            a `.zip` that Stable-Baselines3 saved.
-        env_id: the environment for `random`, a `.zip`, and an `.onnx` that names none; the others
-            know theirs.
+        name: `pid`, `heuristic`, `random`, a shipped policy, or the path of a file: `.safetensors`
+            as a run writes, `.toml` with PID gains, an `.onnx` model, or a `.zip` saved by
+            Stable-Baselines3.
+        env_id: the environment of `random`, of a `.zip`, and of an `.onnx` that names none; other
+            policies have their own.
 
     Raises:
         UserError: there is no such policy, or its file is broken.
@@ -49,12 +49,12 @@ def load(name: str, env_id: str = "LunarLander-v3") -> NamedPolicy:
 
 
 def is_known(name: str) -> bool:
-    """Whether a name means a baseline or a file, and so never a run."""
+    """Whether a name means a baseline or a file, and so cannot be a run."""
     return name in names.BASELINES or Path(name).suffix in names.POLICY_FILES
 
 
 def shipped(name: str) -> Traversable | None:
-    """The weights of a policy that comes with touchdown; None where there is none of that name."""
+    """The weights of a shipped policy; None if there is none of that name."""
     weights = SHIPPED / f"{name}.safetensors"
     return weights if checks.is_plain_name(name) and weights.is_file() else None
 

@@ -7,7 +7,7 @@ from touchdown.core.types import Policy
 
 @dataclass(frozen=True, slots=True)
 class NamedPolicy:
-    """A policy, what to call it, and the world that it is for."""
+    """A policy, its name, and the id of the environment that it is for."""
 
     name: str
     policy: Policy

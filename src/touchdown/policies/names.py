@@ -1,6 +1,6 @@
-"""Names and file endings that mean a policy, and so cannot be a run's name."""
+"""Names and file suffixes that mean a policy, and so cannot name a run."""
 
 BASELINES = ("pid", "heuristic", "random")
-"""Baselines: policies that need no run."""
+"""Policies that need no training."""
 POLICY_FILES = (".toml", ".safetensors", ".onnx", ".zip")
-"""Endings of files that hold a policy."""
+"""Suffixes of files that hold a policy."""

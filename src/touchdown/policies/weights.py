@@ -1,4 +1,4 @@
-"""A trained policy as one safetensors file, written and read back; nothing is ever unpickled."""
+"""A trained policy as one safetensors file, written and read; nothing is ever unpickled."""
 
 import json
 from collections.abc import Mapping
@@ -31,14 +31,14 @@ def save_weights(
     facts: Mapping[str, Any],
     config: Config,
 ) -> None:
-    """Write a policy as one safetensors file that needs nothing else to be flown again.
+    """Write a policy as one safetensors file, which needs no other file to be used again.
 
     Args:
         path: of the file.
-        model: what the parameters are of.
+        model: the network or the table that the parameters belong to.
         params: flat, [P].
-        facts: numbers to keep beside the weights, such as the validation return.
-        config: of the run that they come from.
+        facts: numbers to store with the weights, such as the validation return.
+        config: of the run that trained them.
     """
     tensors = {name: np.array(value) for name, value in model.layers(params).items()}
     metadata = {
@@ -53,18 +53,18 @@ def save_weights(
 
 
 class Weights(NamedTuple):
-    """What a file of `save_weights` holds."""
+    """The contents of a file of `save_weights`."""
 
     model: QNetwork | QTable
     params: FloatArray
     """Flat, [P]."""
     env_id: str
     spaces: Spaces
-    """Of that world."""
+    """Of that environment."""
 
     @property
     def policy(self) -> ValuePolicy:
-        """Flies them."""
+        """The greedy policy of the model with these parameters."""
         return self.model.policy(self.params)
 
 

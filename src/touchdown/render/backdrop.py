@@ -1,4 +1,4 @@
-"""What stands still in the picture of a flight: sky, moon and landing pad."""
+"""The fixed part of a flight's picture: sky, moon and landing pad."""
 
 from typing import NamedTuple
 
@@ -26,7 +26,7 @@ _Part = tuple[slice, slice]  # rows and columns
 
 
 class _Grid(NamedTuple):
-    """The middles of the picture's pixels in metres."""
+    """The centres of the picture's pixels, in metres."""
 
     xs: FloatArray  # [columns]
     ys: FloatArray  # [rows], downwards
@@ -118,7 +118,7 @@ def _add_moon(
     # measured across the slope, so that a steep edge is as smooth as a flat one
     across = depth / np.hypot(slope, 1) * canvas.pixels_per_metre
     cover = np.clip(across + 0.5, 0, 1)[..., None]
-    # light falls below a rounded surface, or every corner would cast a column of light
+    # light fades below a smoothed surface, or every corner would cast a column of light
     below = _blurred(surface, 1.6 * canvas.pixels_per_metre) - grid.ys[:, None]
     fall = np.exp(-np.clip(below, 0, None) / _GROUND_DEPTH)[..., None]
     light = 0.5 + 0.3 * _blurred(lit, 1.6 * canvas.pixels_per_metre)
@@ -153,7 +153,7 @@ def _craters(grid: _Grid, terrain: Terrain, rng: np.random.Generator) -> FloatAr
         away = _SUN[0] * -across - _SUN[1] * up  # from the sun, in radii
         inside = np.clip((1 - distance) * 5, 0, 1)
         wall = np.exp(-(((distance - 1) / 0.14) ** 2))
-        # the wall towards the sun lies in shadow, the one away from it is lit
+        # the wall towards the sun is in shadow, the wall away from it is lit
         shade = inside * (0.16 * away - 0.2) + wall * 0.3 * np.clip(away, 0, 1)
         factors[rows, columns] *= 1 + shade * np.exp(-below / 2.4)
     return factors

@@ -11,10 +11,10 @@ from PIL import Image, ImageDraw, ImageFont
 
 from touchdown.lander import stock
 
-WIDTH = stock.VIEWPORT_W / stock.SCALE  # metres of the world that can be seen
+WIDTH = stock.VIEWPORT_W / stock.SCALE  # metres that the picture shows
 HEIGHT = stock.VIEWPORT_H / stock.SCALE
-DASHBOARD = 50 / stock.SCALE  # metres of ground below the world, where the dials are
-SUPERSAMPLING = 4  # pixels drawn along one of the picture's, then averaged
+DASHBOARD = 50 / stock.SCALE  # metres of ground below y = 0, where the dials are
+SUPERSAMPLING = 4  # pixels drawn per pixel of the picture along each axis, then averaged
 
 Colour = tuple[int, int, int]
 Point = tuple[float, float]
@@ -22,14 +22,14 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Canvas:
-    """The picture's measures: the origin of the world is above its bottom by the dashboard."""
+    """The scale of the picture; the origin, (0, 0) m, lies above its bottom by the dashboard."""
 
     scale: float = 1.0
-    """1 is Gymnasium's viewport, 30 pixels a metre."""
+    """1 is Gymnasium's viewport, 30 pixels per metre."""
 
     @property
     def pixels_per_metre(self) -> float:
-        """Pixels of the picture along one metre."""
+        """Pixels per metre."""
         return stock.SCALE * self.scale
 
     @property
@@ -48,10 +48,10 @@ class Canvas:
 
 
 class Tile:
-    """A see-through piece of the picture, drawn larger and then shrunk.
+    """A transparent piece of the picture, drawn larger and then shrunk.
 
     Args:
-        canvas: the picture's measures.
+        canvas: the scale of the picture.
         corners: lower left and upper right in metres.
     """
 
@@ -61,7 +61,7 @@ class Tile:
         self._origin = floor(left), floor(top)
         size = ceil(right) - self._origin[0], ceil(bottom) - self._origin[1]
         width, height = (max(side, 1) * SUPERSAMPLING for side in size)
-        # premultiplied, as averaging needs it; that is nothing to convert, since all ink is opaque
+        # premultiplied alpha, as averaging needs; all colours are opaque, so none are converted
         self._image = Image.new("RGBa", (width, height))
         self._draw = ImageDraw.Draw(self._image)
 
@@ -84,7 +84,7 @@ class Tile:
         )
 
     def paste(self, picture: Image.Image, opacity: float = 1.0) -> None:
-        """Lay the tile over the picture where it belongs."""
+        """Paste the tile over the picture at its place."""
         small = self._image.reduce(SUPERSAMPLING).convert("RGBA")
         mask = small.getchannel("A")
         if opacity < 1:

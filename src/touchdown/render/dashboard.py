@@ -1,4 +1,4 @@
-"""Letters and dials over the picture of a flight."""
+"""Text and dials over the picture of a flight."""
 
 from collections.abc import Collection
 
@@ -22,7 +22,7 @@ _BRIGHT, _MUTED, _DARK = (240, 243, 250), (150, 156, 174), (62, 65, 78)
 _NIGHT = (9, 12, 28)
 _DIALS = (22, 92, 172, 246, 336, 426, 506)  # left edges on the 600-pixel picture
 _LAMPS = (
-    # triangles around the lamp's centre, pointing the way that the engine pushes
+    # triangles around the centre of the lamp, pointing the way the engine pushes
     (LEFT_ENGINE, -20, ((5, -5), (5, 5), (-5, 0)), PUFF[1]),
     (MAIN_ENGINE, 0, ((-6, 4), (6, 4), (0, -6)), FLAME[1]),
     (RIGHT_ENGINE, 20, ((-5, -5), (-5, 5), (5, 0)), PUFF[1]),
@@ -37,7 +37,7 @@ def draw_title(picture: Image.Image, canvas: Canvas, flight: Flight) -> None:
 
 
 def draw_labels(picture: Image.Image, canvas: Canvas) -> None:
-    """What the dials show, written once."""
+    """The names of the dials, which are the same on every picture."""
     draw = ImageDraw.Draw(picture)
     names = ("time", "return", "fuel spent", "vx", "vy", "angle", "engines")
     for left, name in zip(_DIALS, names, strict=True):
@@ -47,7 +47,7 @@ def draw_labels(picture: Image.Image, canvas: Canvas) -> None:
 def draw_dials(
     picture: Image.Image, canvas: Canvas, flight: Flight, step: int, engines: Collection[int]
 ) -> None:
-    """Where the flight stands after `step` steps, and which engines burn."""
+    """The values of the dials after `step` steps, and which engines are firing."""
     vx, vy = velocity(flight, step)
     degrees = float(flight.observations[step, 4]) * 57.29578
     values = (
@@ -67,7 +67,7 @@ def draw_dials(
 
 
 def velocity(flight: Flight, step: int) -> tuple[float, float]:
-    """The lander's velocity in m/s, which its observation holds in units of its own."""
+    """The lander's velocity in m/s, from the scaled units of its observation."""
     _, _, vx, vy = flight.observations[step, :4].tolist()
     return (
         vx * stock.FPS / (WIDTH / 2),
@@ -76,7 +76,7 @@ def velocity(flight: Flight, step: int) -> tuple[float, float]:
 
 
 def draw_outcome(picture: Image.Image, canvas: Canvas, flight: Flight) -> None:
-    """How it ended and the final return, in large letters."""
+    """The outcome and the episode return, in large letters."""
     draw = ImageDraw.Draw(picture)
     for text, y, size, colour in (
         (flight.outcome.upper(), 128, 42, OUTCOME_COLOURS[flight.outcome]),
@@ -94,7 +94,7 @@ def draw_outcome(picture: Image.Image, canvas: Canvas, flight: Flight) -> None:
 
 
 def draw_verdict(picture: Image.Image, canvas: Canvas, flight: Flight) -> None:
-    """How it ended and the final return, below the title, where no path is in the way."""
+    """The outcome and the episode return, below the title, clear of the path."""
     draw = ImageDraw.Draw(picture)
     text, colour = flight.outcome.capitalize(), OUTCOME_COLOURS[flight.outcome]
     draw.text(_at(canvas, 16, 57), text, colour, font(canvas.pixels(24), bold=True))
@@ -103,7 +103,7 @@ def draw_verdict(picture: Image.Image, canvas: Canvas, flight: Flight) -> None:
 
 
 def draw_height_marker(picture: Image.Image, canvas: Canvas, x: float, y: float) -> None:
-    """For a lander above the picture: where it is, and how far above the edge, in metres."""
+    """Mark a lander above the picture: its x, and how far above the edge it is, in metres."""
     column = min(max(canvas.pixel(x, 0)[0], canvas.pixels(40)), canvas.pixels(560))
     top = canvas.pixels(6)
     half, tall = canvas.pixels(6), canvas.pixels(8)
@@ -115,7 +115,7 @@ def draw_height_marker(picture: Image.Image, canvas: Canvas, x: float, y: float)
 
 
 def _at(canvas: Canvas, x: float, y: float) -> tuple[float, float]:
-    """A place on the 600-pixel picture on this one."""
+    """A position on the 600-pixel picture, in pixels of this one."""
     return canvas.pixels(x), canvas.pixels(y)
 
 

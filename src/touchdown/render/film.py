@@ -23,7 +23,7 @@ from touchdown.envs import environment
 from touchdown.envs.flight import Flight, fly
 from touchdown.render.scene import Scene
 
-HOLD_SECONDS = 1.2  # the last picture stays this long, so that the outcome can be read
+HOLD_SECONDS = 1.2  # the last picture is held, so that the outcome can be read
 _SUFFIXES = (".gif", ".mp4")
 _GIF_FPS, _MP4_FPS = 25, 50
 _MP4_SCALE, _POSTER_SCALE = 1.5, 2.0  # 900 and 1200 pixels wide
@@ -39,7 +39,7 @@ class Picture(NamedTuple):
 
 
 def check_video_path(path: Path) -> None:
-    """See before flying whether a film can be written there.
+    """Check before flying that a film can be written there.
 
     Raises:
         UserError: the suffix is neither .gif nor .mp4, or the folder is missing or not writable.
@@ -58,8 +58,8 @@ def write_video(flights: Flight | Sequence[Flight], path: Path) -> None:
     """Write flights, one after the other, as a film in real time.
 
     Args:
-        flights: one, or several of the same world.
-        path: ends in .gif (25 pictures a second) or .mp4 (50).
+        flights: one, or several of the same environment.
+        path: ends in .gif (25 pictures per second) or .mp4 (50).
 
     Raises:
         UserError: another suffix, or the file cannot be written.
@@ -74,13 +74,13 @@ def write_video(flights: Flight | Sequence[Flight], path: Path) -> None:
 def write_gif(
     flights: Flight | Sequence[Flight], path: Path, fps: int = _GIF_FPS, scale: float = 1.0
 ) -> None:
-    """Write flights as an animated GIF; it plays for ever.
+    """Write flights as an animated GIF that loops forever.
 
     Args:
-        flights: one, or several of the same world.
+        flights: one, or several of the same environment.
         path: of the file.
-        fps: pictures a second, at most; steps between two pictures are left out.
-        scale: 1 is 600 pixels wide; it has no effect on a world that draws its own pictures.
+        fps: at most this many pictures per second; steps between two pictures are left out.
+        scale: 1 is 600 pixels wide; no effect on an environment that draws its own frames.
 
     Raises:
         UserError: the file cannot be written.
@@ -92,7 +92,7 @@ def write_gif(
     def frames() -> Iterator[Image.Image]:
         film = chain.from_iterable(pictures(flight, fps, scale) for flight in shown)
         for image, seconds in film:
-            # the format counts hundredths; the writer reads a duration after taking its picture
+            # GIF counts hundredths of a second; the writer reads a duration after its picture
             durations.append(10 * round(100 * seconds))
             yield image.quantize(palette=palette, dither=Image.Dither.NONE)
 
@@ -115,9 +115,9 @@ def write_mp4(flights: Flight | Sequence[Flight], path: Path, fps: int = _MP4_FP
     """Write flights as an H.264 film that every browser plays.
 
     Args:
-        flights: one, or several of the same world.
+        flights: one, or several of the same environment.
         path: of the file.
-        fps: pictures a second, at most; steps between two pictures are left out.
+        fps: at most this many pictures per second; steps between two pictures are left out.
 
     Raises:
         UserError: the file cannot be written.
@@ -132,9 +132,9 @@ def pictures(flight: Flight, fps: int = _GIF_FPS, scale: float = 1.0) -> Iterato
     """The pictures of a film of one flight, in real time; the last one is held.
 
     Args:
-        flight: to be shown.
-        fps: pictures a second, at most.
-        scale: 1 is 600 pixels wide; it has no effect on a world that draws its own pictures.
+        flight: to show.
+        fps: at most this many pictures per second.
+        scale: 1 is 600 pixels wide; no effect on an environment that draws its own frames.
     """
     stride = _stride(flight, fps)
     steps = [*range(0, flight.steps, stride), flight.steps]
@@ -147,7 +147,7 @@ def poster(flight: Flight, scale: float = _POSTER_SCALE) -> Image.Image:
     """A flight in one picture: the path, ghosts of the lander every half second, and the end.
 
     Args:
-        flight: to be shown; of another world than the lander, it is the last picture.
+        flight: to show; of an environment other than the lander, the poster is its last frame.
         scale: 1 is 600 pixels wide.
     """
     if flight.frames is not None:
@@ -168,12 +168,12 @@ def show_window(env_id: str, policy: Policy, seed: int, name: str) -> Flight:
         UserError: there is no display, or the environment cannot be made.
     """
     _check_display()
-    world = environment.make_env(env_id, render_mode="human")
+    made = environment.make_env(env_id, render_mode="human")
     try:
-        flight = fly(world, policy, env_id, seed, name)
+        flight = fly(made, policy, env_id, seed, name)
         time.sleep(HOLD_SECONDS)
     finally:
-        world.env.close()
+        made.env.close()
     return flight
 
 
@@ -190,7 +190,7 @@ def _check_display() -> None:
         pygame.display.init()
     except pygame.error:
         raise none_here from None
-    # SDL falls back on this one rather than fail
+    # SDL falls back on this driver rather than fail
     if pygame.display.get_driver() == "offscreen" and not chosen:
         pygame.display.quit()
         raise none_here
@@ -223,7 +223,7 @@ def _samples(flight: Flight) -> Iterator[Image.Image]:
 
 
 def _palette(images: Iterable[Image.Image]) -> Image.Image:
-    """A picture whose palette serves them all.
+    """A picture whose palette fits all images.
 
     A colour's weight is not its area, which the sky would win: it grows with the root of the area
     and with how colourful it is, so that flames, flags and letters get their share.
@@ -264,14 +264,14 @@ def _encode(path: Path, film: Iterator[Picture], rate: Fraction) -> None:
             "-pix_fmt",
             "yuv420p",
         ),
-        # a world's own pictures may have odd sides, which this pixel format has not
+        # an environment's own frames may have odd sides, which this pixel format does not allow
         *("-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-movflags", "+faststart", str(path)),
     ]
-    # in a session of its own: Ctrl-C asks us to stop, and must not kill a film half made
+    # in its own process session, so that Ctrl-C stops us without killing a half-written film
     with subprocess.Popen(  # noqa: S603
         command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
     ) as ffmpeg:
-        with suppress(BrokenPipeError):  # it has given up, and says why below
+        with suppress(BrokenPipeError):  # ffmpeg has failed; its message is read below
             for image, seconds in chain([first], film):
                 for _ in range(max(1, round(seconds * rate))):
                     cast(IO[bytes], ffmpeg.stdin).write(image.tobytes())

@@ -1,4 +1,4 @@
-"""One picture of the lander's flight: what stands still, the path, the lander, the dials."""
+"""One picture of a lander's flight: backdrop, path, lander and dials."""
 
 from collections.abc import Collection
 from math import dist, exp
@@ -21,7 +21,7 @@ _GHOST_DISTANCE = 1.25  # metres between ghosts, so that they stay apart
 
 
 class Scene:
-    """Draws the lander's flights from one recording.
+    """Draws a recorded flight of the lander.
 
     Args:
         flight: of the lander.
@@ -45,9 +45,9 @@ class Scene:
 
         Args:
             step: 0 to T.
-            since: step of the picture before, so that no burn between the two is left out; the
-                step before if None.
-            outcome: write how it ended over the picture.
+            since: step of the previous picture, so that engine burns between the two are shown;
+                the previous step if None.
+            outcome: write the outcome over the picture.
         """
         engines = self._engines(max(step - 1, 0) if since is None else since, step)
         picture = self._still.copy()
@@ -62,7 +62,7 @@ class Scene:
         return picture
 
     def composite(self) -> Image.Image:
-        """The whole flight in one picture: its path, ghosts of the lander, and the end."""
+        """The whole flight in one picture: its path, ghosts of the lander, and its end."""
         last = self.flight.steps
         picture = self._still.copy()
         self._draw_trail(picture, last, fading=False)
@@ -76,7 +76,7 @@ class Scene:
         return picture
 
     def ghosts(self) -> list[int]:
-        """Steps half a second apart, in order, at which the lander is clear of its later places."""
+        """Steps half a second apart, rising, at which the lander does not overlap a later ghost."""
         apart = [self.flight.steps]
         stride = round(_GHOST_SECONDS * self.flight.steps_per_second)
         for step in range(self.flight.steps - stride, -1, -stride):

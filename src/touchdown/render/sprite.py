@@ -1,4 +1,4 @@
-"""The lander as it is drawn: hull, legs and what comes out of its engines."""
+"""The lander as it is drawn: hull, legs and the flames of its engines."""
 
 from collections.abc import Collection, Sequence
 from math import cos, sin
@@ -13,8 +13,8 @@ from touchdown.render.canvas import Canvas, Colour, Point, Tile
 
 _REACH, _MAIN_REACH = 1.5, 2.1  # metres from the hull's centre to the ends of legs and flames
 
-# outlines in Gymnasium's units, of which SCALE are a metre, in the frame of the body;
-# hull and leg are the bodies that collide, the rest is ornament inside or close to them
+# outlines in the frame of the body, in Gymnasium's units (SCALE per metre);
+# hull and leg are the bodies that collide; the rest is decoration inside or close to them
 _HULL: list[Point] = [(float(x), float(y)) for x, y in stock.LANDER_POLY]
 _LEG_W, _LEG_H = stock.LEG_W, stock.LEG_H
 _LEG: list[Point] = [(-_LEG_W, -_LEG_H), (_LEG_W, -_LEG_H), (_LEG_W, _LEG_H), (-_LEG_W, _LEG_H)]
@@ -60,11 +60,11 @@ def lander_tile(
     """The lander and its flames.
 
     Args:
-        canvas: the picture's measures.
+        canvas: the scale of the picture.
         bodies: [3, 3]: hull, leg, leg, each x, y in metres and angle in radians.
-        engines: actions whose engines burn.
-        flicker: number of the step, from which the length of the flames follows.
-        clearance: metres from the hull's centre to the ground, where the main flame ends.
+        engines: actions whose engines are firing.
+        flicker: number of the step, which varies the length of the flames.
+        clearance: metres from the centre of the hull to the ground, where the main flame ends.
     """
     hull, *legs = ((float(x), float(y), float(angle)) for x, y, angle in bodies)
     x, y, _ = hull
@@ -73,7 +73,7 @@ def lander_tile(
     flaring = 0.86 + 0.14 * sin(2.4 * flicker) * cos(0.9 * flicker)
     main, side = _MAIN_LENGTH * flaring, _SIDE_LENGTH * flaring
     main = min(main, max(clearance * stock.SCALE - 12, 8))
-    # an engine's name is the way it pushes: the left one blows to the right
+    # an engine is named after the direction it pushes: the left one blows to the right
     plumes = {
         MAIN_ENGINE: _Plume((0, -13), (0, -1), main, 5.6, FLAME),
         LEFT_ENGINE: _Plume((15, 14), (1, 0), side, 3.4, PUFF),
@@ -83,11 +83,11 @@ def lander_tile(
         _draw_plume(tile, hull, plumes[engine])
     for leg in legs:
         side = 1 if _to_body(hull, leg[:2])[0] > 0 else -1
-        struts = _to_world(hull, [(15 * side, -1), (12 * side, -9)])
+        struts = _to_scene(hull, [(15 * side, -1), (12 * side, -9)])
         for strut in struts:
             tile.line([strut, leg[:2]], _STRUT, 1.3)
-        tile.polygon(_to_world(leg, _LEG), _LEG_COLOUR)
-    tile.polygon(_to_world(hull, _NOZZLE), _METAL)
+        tile.polygon(_to_scene(leg, _LEG), _LEG_COLOUR)
+    tile.polygon(_to_scene(hull, _NOZZLE), _METAL)
     for outline, colour in (
         (_HULL, _HULL_COLOUR),
         (_CABIN_SHADE, _HULL_SHADE),
@@ -97,14 +97,14 @@ def lander_tile(
         (_WINDOW, _WINDOW_COLOUR),
         (_GLINT, _GLINT_COLOUR),
     ):
-        tile.polygon(_to_world(hull, outline), colour)
+        tile.polygon(_to_scene(hull, outline), colour)
     return tile
 
 
 def nozzle(bodies: NDArray[np.float32]) -> Point:
     """Where the main engine's flame begins, in metres; `bodies` as for `lander_tile`."""
     x, y, angle = (float(value) for value in bodies[0])
-    return _to_world((x, y, angle), [(0, -22)])[0]
+    return _to_scene((x, y, angle), [(0, -22)])[0]
 
 
 def _draw_plume(tile: Tile, hull: Body, plume: _Plume) -> None:
@@ -117,18 +117,18 @@ def _draw_plume(tile: Tile, hull: Body, plume: _Plume) -> None:
         ahead, aside = np.append(ahead, ahead[::-1]), np.append(aside, -aside[::-1])
         xs = plume.root[0] + plume.direction[0] * ahead - plume.direction[1] * aside
         ys = plume.root[1] + plume.direction[1] * ahead + plume.direction[0] * aside
-        tile.polygon(_to_world(hull, list(zip(xs.tolist(), ys.tolist(), strict=True))), colour)
+        tile.polygon(_to_scene(hull, list(zip(xs.tolist(), ys.tolist(), strict=True))), colour)
 
 
-def _to_world(body: Body, points: Sequence[Point]) -> list[Point]:
-    """Points of a body's frame in Gymnasium's units, in metres of the world."""
+def _to_scene(body: Body, points: Sequence[Point]) -> list[Point]:
+    """Points in a body's frame, in Gymnasium's units, to the scene's frame, in metres."""
     x, y, angle = body
     c, s = cos(angle) / stock.SCALE, sin(angle) / stock.SCALE
     return [(x + c * px - s * py, y + s * px + c * py) for px, py in points]
 
 
 def _to_body(body: Body, point: Point) -> Point:
-    """A point of the world in a body's frame, in metres."""
+    """A point in the scene's frame to a body's frame, both in metres."""
     x, y, angle = body
     dx, dy = point[0] - x, point[1] - y
     return cos(angle) * dx + sin(angle) * dy, cos(angle) * dy - sin(angle) * dx

@@ -1,1 +1,1 @@
-"""Returns to numbers with intervals."""
+"""Statistics of returns: estimates with intervals, comparisons and tests."""

@@ -1,4 +1,4 @@
-"""One setting beside another, over training seeds, and how many more seeds would tell."""
+"""Comparing settings over training seeds, and how many seeds a test would need."""
 
 import math
 import warnings
@@ -19,33 +19,33 @@ from touchdown.stats.summary import RESAMPLES, Interval
 ALPHA = 0.05
 POWER = 0.8
 MOST_SEEDS = 1_000
-"""More than these nobody runs: a difference that would take them counts as not to be found."""
-# noise that a machine's rounding makes of equal numbers
+"""The most seeds anyone would run: a difference that needs more counts as undetectable."""
+# equal numbers differ by less than this after rounding
 _NOTHING = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """The seeds of another setting beside those of a base."""
+    """The seeds of another setting compared with those of a base."""
 
     n_base: int
     n_other: int
     difference: Interval
-    """Mean of the other less that of the base, with Welch's 95% interval."""
+    """Mean of the other minus mean of the base, with Welch's 95% interval."""
     probability_of_improvement: Interval
-    """That a seed of the other is above one of the base, ties half, with its 95% bootstrap
-    interval, seeds resampled on each side (Agarwal et al., 2021)."""
+    """Probability that a seed of the other is above one of the base, ties counting half, with its
+    95% bootstrap interval over seeds of both sides (Agarwal et al., 2021)."""
     p_value: float
-    """Two-sided, by Welch's t: three seeds a side permute in 20 ways only, and a permutation test
-    could not get below 0.1."""
+    """Two-sided, by Welch's t. Three seeds on each side have only 20 permutations, so a permutation
+    test could not get below 0.1."""
     effect: float
-    """The difference in standard deviations (Cohen, 1988); infinite where no seed varies."""
+    """The difference in standard deviations (Cohen, 1988); infinite if no seed varies."""
 
     def seeds_needed(self, alpha: float = ALPHA) -> int | None:
-        """Seeds a side that find such a difference four times in five; None above `MOST_SEEDS`.
+        """Seeds per side that detect this difference with power 0.8; None above `MOST_SEEDS`.
 
         Args:
-            alpha: what the p-value must be below.
+            alpha: significance level.
         """
         return _seeds_for(TTestIndPower(), self.effect, alpha)
 
@@ -54,8 +54,8 @@ def compare(base: ArrayLike, other: ArrayLike, seed: int = 0) -> Comparison:
     """Compare two settings.
 
     Args:
-        base: [n], a number a seed, at least two.
-        other: [m], as well.
+        base: [n], one number per seed, at least two.
+        other: [m], likewise.
         seed: of the resampling.
 
     Raises:
@@ -76,7 +76,7 @@ def compare(base: ArrayLike, other: ArrayLike, seed: int = 0) -> Comparison:
             0.0 if same else math.copysign(math.inf, difference),
         )
     with warnings.catch_warnings():
-        # seeds that all agree on one side are no loss of precision: the other side has the variance
+        # equal seeds on one side warn of lost precision; the other side has the variance
         warnings.simplefilter("ignore", RuntimeWarning)
         result: Any = stats.ttest_ind(b, a, equal_var=False)
         interval = result.confidence_interval(0.95)
@@ -103,7 +103,7 @@ def _improvement(base: FloatArray, other: FloatArray, seed: int) -> Interval:
 
 
 def _seeds_for(test: Any, effect: float, alpha: float) -> int | None:
-    """Seeds a side for `POWER` at alpha; None where there is no effect, or more are needed."""
+    """Seeds per side for `POWER` at alpha; None without an effect, or above `MOST_SEEDS`."""
     if math.isinf(effect):
         return 2
     if abs(effect) < _NOTHING:
@@ -116,10 +116,10 @@ def _seeds_for(test: Any, effect: float, alpha: float) -> int | None:
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
-    """P-values corrected so that one in twenty families errs, not one in twenty tests (Holm, 1979).
+    """P-values corrected for the family-wise error rate (Holm, 1979).
 
     Args:
-        p_values: of one family; none are fine.
+        p_values: of one family of tests; may be empty.
     """
     if not p_values:
         return []
@@ -129,22 +129,22 @@ def holm(p_values: Sequence[float]) -> list[float]:
 
 @dataclass(frozen=True, slots=True)
 class Trend:
-    """Whether numbers rise or fall from level to level."""
+    """Whether numbers rise or fall with the level."""
 
     tau: float
-    """Kendall's τ-b between a seed's number and the rank of its level: 1 always rises."""
+    """Kendall's τ-b between a seed's number and the rank of its level; 1 if it always rises."""
     p_value: float
     """Two-sided."""
     seeds: float
-    """A level, on average."""
+    """Seeds per level, on average."""
 
     def seeds_needed(self, alpha: float = ALPHA) -> int | None:
-        """Seeds a level that find such a τ four times in five; None above `MOST_SEEDS`.
+        """Seeds per level that detect this τ with power 0.8; None above `MOST_SEEDS`.
 
         Args:
-            alpha: what the p-value must be below.
+            alpha: significance level.
         """
-        # the statistic's z grows with the root of the seeds
+        # the z-score of the statistic grows with the square root of the number of seeds
         seen = float(stats.norm.isf(max(self.p_value, 1e-300) / 2))
         wanted = float(stats.norm.isf(alpha / 2) + stats.norm.isf(1 - POWER))
         if seen <= 0:
@@ -157,7 +157,8 @@ def trend(groups: Sequence[ArrayLike]) -> Trend:
     """Kendall's rank correlation of numbers with the order of their levels (Kendall, 1938).
 
     Args:
-        groups: the seeds' numbers of each level, in the levels' order; two levels or more.
+        groups: the numbers of each level, one per seed, in the order of the levels; at least two
+            levels.
 
     Raises:
         ValueError: there are fewer levels, a level has no seed, or a number is not finite.
@@ -175,13 +176,13 @@ def trend(groups: Sequence[ArrayLike]) -> Trend:
 
 
 def best_of(groups: Sequence[ArrayLike], seed: int = 0) -> list[float]:
-    """How often each level has the greatest mean when seeds are resampled; ties share. Sums to 1.
+    """How often each level has the largest mean when seeds are resampled; ties share. Sums to 1.
 
-    The mean of three seeds resampled varies less than a mean of three does, so each is spread by
-    √(n / (n − 1)) about its level's mean.
+    Resampled means of n seeds vary too little, by a factor √((n − 1) / n), so their deviations from
+    the mean of the level are scaled by √(n / (n − 1)).
 
     Args:
-        groups: the seeds' numbers of each level, at least two each.
+        groups: the numbers of each level, one per seed, at least two each.
         seed: of the resampling.
 
     Raises:
@@ -189,7 +190,7 @@ def best_of(groups: Sequence[ArrayLike], seed: int = 0) -> list[float]:
     """
     samples = [checked(group, 2) for group in groups]
     if not samples:
-        raise ValueError("the best of no levels is none")
+        raise ValueError("best_of needs at least one level")
     rng = np.random.default_rng(seed)
     means = np.empty((len(samples), RESAMPLES))
     for row, sample in zip(means, samples, strict=True):
@@ -202,32 +203,32 @@ def best_of(groups: Sequence[ArrayLike], seed: int = 0) -> list[float]:
 
 @dataclass(frozen=True, slots=True)
 class Margin:
-    """Where a mean is, beside a number that was given before."""
+    """A mean compared with a threshold that was fixed beforehand."""
 
     mean: Interval
     """With its 95% interval by Student's t."""
     p_above: float
-    """One-sided: small where the mean is above the number."""
+    """One-sided: small if the mean is above the threshold."""
     p_below: float
-    """One-sided: small where it is below."""
+    """One-sided: small if the mean is below the threshold."""
     effect: float
-    """How far above, in standard deviations; infinite where no seed varies."""
+    """Distance above the threshold in standard deviations; infinite if no seed varies."""
 
     def seeds_needed(self, alpha: float = ALPHA) -> int | None:
-        """Seeds that find such a distance four times in five; None above `MOST_SEEDS`.
+        """Seeds that detect this distance with power 0.8; None above `MOST_SEEDS`.
 
         Args:
-            alpha: what the two-sided p-value must be below.
+            alpha: significance level of the two-sided test.
         """
         return _seeds_for(TTestPower(), self.effect, alpha)
 
 
 def margin(values: ArrayLike, threshold: float) -> Margin:
-    """Is the mean above a number, or below it? Student's t.
+    """Test whether a mean is above or below a threshold, by Student's t.
 
     Args:
-        values: [n], a number a seed, at least two.
-        threshold: the number.
+        values: [n], one number per seed, at least two.
+        threshold: to compare with.
 
     Raises:
         ValueError: there are too few values, or one is not finite.

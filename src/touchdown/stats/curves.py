@@ -1,4 +1,4 @@
-"""A run's learning curve in numbers: how much it was worth on the way, and when it got there."""
+"""A learning curve in numbers: the area under it, and when it first reached a threshold."""
 
 import math
 from collections.abc import Sequence
@@ -10,21 +10,20 @@ from scipy import stats
 from touchdown.core.types import FloatArray
 
 
-def area_under(observations: Sequence[float], returns: Sequence[float], until: float) -> float:
-    """Mean return over the observations from 0 to `until`, by trapezoids: what a run was worth.
+def area_under(env_steps: Sequence[float], returns: Sequence[float], until: float) -> float:
+    """Mean return over the environment steps from 0 to `until`, by the trapezoidal rule.
 
-    Before the first validation its value holds, after the last one that one's.
+    The curve is constant before the first validation and after the last one.
 
     Args:
-        observations: of each validation, rising.
-        returns: mean return of each.
-        until: the last observation that counts, above 0.
+        env_steps: of each validation, rising.
+        returns: mean return of each validation.
+        until: the last environment step that counts, above 0.
 
     Raises:
-        ValueError: there are no validations, they are not as many as returns, or `until` is not
-            above 0.
+        ValueError: there are no validations, the lengths differ, or `until` is not above 0.
     """
-    at, values = _curve(observations, returns)
+    at, values = _curve(env_steps, returns)
     if until <= 0:
         raise ValueError(f"until = {until}: must be above 0")
     inside = (at > 0) & (at < until)
@@ -32,54 +31,50 @@ def area_under(observations: Sequence[float], returns: Sequence[float], until: f
     return float(np.trapezoid(np.interp(points, at, values), points)) / until
 
 
-def first_reaching(
-    observations: Sequence[float], returns: Sequence[float], threshold: float
-) -> float:
-    """The observation of the first validation at the threshold or above; ∞ if there is none.
+def first_reaching(env_steps: Sequence[float], returns: Sequence[float], threshold: float) -> float:
+    """Environment steps at the first validation that reached the threshold; ∞ if none did.
 
     Raises:
-        ValueError: there are no validations, or they are not as many as returns.
+        ValueError: there are no validations, or the lengths differ.
     """
-    at, values = _curve(observations, returns)
+    at, values = _curve(env_steps, returns)
     reached = np.flatnonzero(values >= threshold)
     return float(at[reached[0]]) if len(reached) else math.inf
 
 
-def _curve(
-    observations: Sequence[float], returns: Sequence[float]
-) -> tuple[FloatArray, FloatArray]:
-    at, values = np.asarray(observations, float), np.asarray(returns, float)
+def _curve(env_steps: Sequence[float], returns: Sequence[float]) -> tuple[FloatArray, FloatArray]:
+    at, values = np.asarray(env_steps, float), np.asarray(returns, float)
     if not len(at) or at.shape != values.shape:
-        raise ValueError(f"{len(at)} observations need as many returns, got {len(values)}")
+        raise ValueError(f"{len(at)} validations need as many returns, got {len(values)}")
     return at, values
 
 
 @dataclass(frozen=True, slots=True)
 class Reached:
-    """When seeds got somewhere, if they did."""
+    """When seeds reached a threshold, if they did."""
 
     n: int
     reached: int
-    """Those that got there."""
+    """Number of seeds that reached it."""
     median: float
-    """∞ where half of them or more never got there: it is then not known."""
+    """∞ if half of the seeds or more never reached it: the median is then unknown."""
     low: float
-    """The median's interval by order statistics, at least 95% where n is 6 or more; of fewer it
-    is all that was seen."""
+    """`low` and `high`: the interval of the median by order statistics, at least 95% for n of 6 or
+    more; for fewer seeds it is the range of all of them."""
     high: float
 
 
 def reached(times: Sequence[float]) -> Reached:
-    """The median of times of which some are ∞, for seeds that never got there.
+    """The median of times, of which some are ∞ for seeds that never reached the threshold.
 
-    All that did not get there had at least as long as those that did, so an order statistic is
-    right whatever they would have done later.
+    Seeds that did not reach it were observed at least as long as those that did, so order
+    statistics are valid for such right-censored times.
 
     Args:
-        times: of each seed, at least one.
+        times: one per seed, at least one.
 
     Raises:
-        ValueError: there are none, or one is NaN.
+        ValueError: there are no times, or one is NaN.
     """
     ordered = np.sort(np.asarray(times, float))
     n = len(ordered)

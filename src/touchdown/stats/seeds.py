@@ -1,4 +1,4 @@
-"""What a set of training seeds says: the seed is the unit, never the pooled episode."""
+"""Statistics over training seeds: the unit is the seed, never the pooled episode."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,34 +12,34 @@ from touchdown.core.types import FloatArray
 from touchdown.stats.summary import Interval, bootstrap_iqm
 
 BAND_CONTENT = 0.8
-"""Share of all seeds that the band is to hold."""
+"""Share of all seeds that the band should contain."""
 BAND_CONFIDENCE = 0.9
-"""How often a band holds that share."""
-_FEWEST_FOR_BAND = 3  # of two seeds it would be twenty times as wide as they lie apart
+"""Probability that a band contains that share."""
+_FEWEST_FOR_BAND = 3  # with two seeds the band would be twenty times as wide as their distance
 
 
 @dataclass(frozen=True, slots=True)
 class SeedSummary:
-    """Numbers of n training seeds of one setting."""
+    """Summary of n training seeds of one setting."""
 
     n: int
     mean: Interval
     """With its 95% interval by Student's t."""
     iqm: Interval
-    """Interquartile mean with its 95% percentile bootstrap interval (Agarwal et al., 2021). It
-    knows no seed worse than the worst seen: of normal numbers it covers some 77% at n = 3, 85% at
-    5 and 91% at 10, where Student's t of the mean covers 95%."""
+    """Interquartile mean with its 95% percentile bootstrap interval (Agarwal et al., 2021). The
+    bootstrap draws no seed worse than the worst observed, so for normal data it covers only about
+    77% at n = 3, 85% at 5 and 91% at 10, where Student's t of the mean covers 95%."""
     band: tuple[float, float] | None
-    """Where most other seeds would fall, `BAND_CONTENT` of them with `BAND_CONFIDENCE`; None of
+    """Range that contains `BAND_CONTENT` of all seeds with probability `BAND_CONFIDENCE`; None with
     fewer than three seeds."""
     values: tuple[float, ...]
 
 
 def summarise_seeds(values: ArrayLike) -> SeedSummary:
-    """The numbers of a set of seeds.
+    """Summarise one number per seed.
 
     Args:
-        values: [n], a number a seed, at least one.
+        values: [n], one number per seed, at least one.
 
     Raises:
         ValueError: there are no values, or one is not finite.
@@ -55,7 +55,11 @@ def summarise_seeds(values: ArrayLike) -> SeedSummary:
 
 
 def checked(values: ArrayLike, fewest: int = 1) -> FloatArray:
-    """Values as an array of numbers.
+    """Values as an array, [n], after checking them.
+
+    Args:
+        values: [n].
+        fewest: how many there must be at least.
 
     Raises:
         ValueError: there are fewer, or one is not finite.
@@ -69,7 +73,7 @@ def checked(values: ArrayLike, fewest: int = 1) -> FloatArray:
 
 
 def mean_interval(values: ArrayLike) -> Interval:
-    """The mean with its 95% interval by Student's t; of one value that value alone.
+    """The mean with its 95% interval by Student's t; for one value, just that value.
 
     Args:
         values: [n], at least one.
@@ -86,7 +90,7 @@ def mean_interval(values: ArrayLike) -> Interval:
 
 
 def standard_error(values: FloatArray) -> float:
-    """Of the mean of at least two values."""
+    """Standard error of the mean of at least two values."""
     return float(np.std(values, ddof=1)) / len(values) ** 0.5
 
 
@@ -97,15 +101,15 @@ def tolerance_band(
 ) -> tuple[float, float] | None:
     """Normal two-sided tolerance interval by Howe's factor (Howe, 1969).
 
-    It is of the next seeds, not of their mean, and does not shrink to nothing with more of them.
+    It bounds single future seeds, not their mean, so it does not shrink to zero with more seeds.
 
     Args:
-        values: [n], a number a seed.
-        content: share of all seeds that it is to hold.
-        confidence: how often such an interval holds that share.
+        values: [n], one number per seed.
+        content: share of all seeds that it should contain.
+        confidence: probability that the interval contains that share.
 
     Returns:
-        Its ends; None of fewer than three values.
+        Its two ends; None with fewer than three values.
 
     Raises:
         ValueError: a value is not finite.

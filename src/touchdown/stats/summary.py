@@ -1,4 +1,4 @@
-"""What a set of episodes says: location, spread, tail, outcomes."""
+"""Statistics of a set of episodes: location, spread, tail and outcomes."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -26,18 +26,18 @@ class Interval:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Summary:
-    """A set of episodes in numbers; returns, fuel and threshold in return points."""
+    """Summary of a set of episodes; returns, fuel and threshold are in return points."""
 
     episodes: int
     mean: float
     sd: float
     iqm: Interval
     threshold: float | None
-    """Return from which an episode counts as solved; None where the world names none."""
+    """Return from which an episode counts as solved; None if the environment names none."""
     share_solved: float | None
     """Share of episodes whose return reaches the threshold."""
     outcomes: dict[str, float]
-    """Share of each outcome that occurred."""
+    """Share of episodes by outcome, of the outcomes that occurred."""
     steps: float
     fuel: float
     worst: float
@@ -49,7 +49,7 @@ class Summary:
 
 
 def interquartile_mean(values: ArrayLike, axis: int = -1) -> FloatArray:
-    """Mean of the middle half: a quarter of the values is cut off at each end."""
+    """Mean of the middle half of the values: a quarter is cut off at each end."""
     return cast(FloatArray, stats.trim_mean(values, 0.25, axis=axis))
 
 
@@ -58,7 +58,7 @@ def bootstrap_iqm(values: Sequence[float], seed: int = 0) -> Interval:
 
     Args:
         values: at least one.
-        seed: of the resampling, so that a table prints the same twice.
+        seed: of the resampling, so that a table is the same each time.
 
     Raises:
         ValueError: there are no values.
@@ -87,7 +87,7 @@ def summarise(
     fuel: Sequence[float],
     threshold: float | None,
 ) -> Summary:
-    """All the numbers of a set of episodes, one entry an episode in each argument.
+    """Summarise a set of episodes; each sequence has one entry per episode.
 
     Raises:
         ValueError: there are no episodes.

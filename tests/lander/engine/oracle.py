@@ -1,4 +1,4 @@
-"""The engine beside stock Gymnasium, step by step, compared as bytes.
+"""Compare the engine with stock Gymnasium, step by step and byte by byte.
 
 The tests run some of this; `make exactness N=1000000` runs more.
 """
@@ -21,11 +21,10 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from touchdown.lander._engine import HELIPAD, Batch, simd
-from touchdown.lander.rules import BEGIN, NOTHING, STEP
+from touchdown.lander.rules import BEGIN, MAX_EPISODE_STEPS, NOTHING, STEP
 from touchdown.lander.space import LanderStates, read_states, read_terrain
 
-MAX_EPISODE_STEPS = 1000
-STEPS_AFTER_THE_END = 40  # stock flies on when it is asked to; so does the engine
+STEPS_AFTER_THE_END = 40  # stock can be stepped after the end, and so can the engine
 NUM_EPISODES = 2  # of each environment; the second after a reset without a seed
 
 Policy = Callable[[int, np.ndarray], int]  # time, observation -> action
@@ -200,7 +199,7 @@ class Report:
 def difference(
     stock: LunarLander, expected: tuple, got: tuple, states: LanderStates, index: int
 ) -> str | None:
-    """The first thing that is not the same to the last bit."""
+    """The first value that differs in any bit; None if all are equal."""
     o, reward, terminated = expected
     if o.tobytes() != got[0].tobytes() or o.dtype != got[0].dtype:
         return f"observation {o!r} != {got[0]!r}"
@@ -213,7 +212,7 @@ def difference(
         "positions": ([tuple(b.position) for b in bodies], states.positions),
         "angles": ([b.angle for b in bodies], states.angles),
         "velocities": ([tuple(b.linearVelocity) for b in bodies], states.velocities),
-        "spins": ([b.angularVelocity for b in bodies], states.spins),
+        "angular_velocities": ([b.angularVelocity for b in bodies], states.angular_velocities),
         "awake": (stock.lander.awake, states.awake),
         "leg_contacts": ([leg.ground_contact for leg in stock.legs], states.leg_contacts),
     }
@@ -294,7 +293,7 @@ class Flown:
 def compare(
     configuration: dict[str, Any], seeds: Iterable[int], num_threads: int = 1, where: str = ""
 ) -> Report:
-    """Every policy with every seed, all of them side by side in one batch of the engine."""
+    """Every policy with every seed, all in one batch of the engine."""
     report = Report()
     flown = [Flown(configuration, policy_name, seed) for seed in seeds for policy_name in POLICIES]
     count = len(flown)
@@ -338,7 +337,7 @@ def compare_job(name: str, first_seed: int) -> tuple[str, Report]:
 
 
 def survey(num_steps: int, first_seed: int = 0) -> dict[str, Report]:
-    """All policies in all configurations, on all cores, until so many steps are compared."""
+    """All policies in all configurations, on all cores, for at least `num_steps` steps."""
     reports = {name: Report() for name in CONFIGURATIONS}
     jobs = (
         (name, seed)

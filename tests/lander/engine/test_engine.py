@@ -1,4 +1,4 @@
-"""What the engine promises besides being exact: randomness, snapshots and plain refusals."""
+"""The engine beyond exactness: random numbers, snapshots, and errors."""
 
 from pathlib import Path
 from threading import Event, Thread
@@ -34,7 +34,7 @@ def same(one, other):
 
 
 @pytest.mark.parametrize("steps_before", [0, 30, 90, 150])  # in flight, falling, on the ground
-def test_restored_lander_goes_on_identically_and_over_a_reset(steps_before):
+def test_restored_lander_continues_identically_and_through_a_reset(steps_before):
     lander = LanderEnv(enable_wind=True)
     lander.reset(seed=3)
     flown(lander, steps_before, seed=0)
@@ -49,7 +49,7 @@ def test_restored_lander_goes_on_identically_and_over_a_reset(steps_before):
     assert same(expected[2], got[2])
 
 
-def test_restoring_takes_nothing_from_the_snapshot():
+def test_a_snapshot_can_be_restored_twice():
     lander = LanderEnv()
     lander.reset(seed=3)
     snapshot = lander.snapshot()
@@ -84,7 +84,7 @@ def test_foreign_bytes_are_refused_and_change_nothing():
 
 
 @pytest.mark.parametrize("action", [-1, 4, 2**70, 1.5, float("nan"), "2", None, np.zeros(2)])
-def test_what_is_no_discrete_action_is_refused(action):
+def test_an_invalid_discrete_action_is_refused(action):
     lander = LanderEnv()
     lander.reset(seed=0)
     with pytest.raises(ValueError, match="a whole number from 0 to 3"):
@@ -92,7 +92,7 @@ def test_what_is_no_discrete_action_is_refused(action):
 
 
 @pytest.mark.parametrize("action", [2, None, "ab", [1.0], [1.0, 2.0, 3.0], [[1.0, 2.0]], [1j, 0]])
-def test_what_is_no_continuous_action_is_refused(action):
+def test_an_invalid_continuous_action_is_refused(action):
     lander = LanderEnv(continuous=True)
     lander.reset(seed=0)
     with pytest.raises(ValueError, match="a pair of numbers"):
@@ -101,7 +101,7 @@ def test_what_is_no_continuous_action_is_refused(action):
         lander.step(np.array([np.nan, 0.0], np.float32))
 
 
-def test_kinds_of_equal_actions_do_the_same():
+def test_equal_actions_of_different_types_do_the_same():
     for actions, continuous in [
         ((2, np.int64(2), np.uint8(2)), False),
         (([0.5, -1.0], (0.5, -1), np.array([0.5, -1.0]), np.array([0.5, -1.0], np.float32)), True),
@@ -139,7 +139,7 @@ def test_landers_without_a_seed_differ():
     assert LanderEnv().reset()[0].tobytes() != LanderEnv().reset()[0].tobytes()
 
 
-def test_states_tell_the_engines_powers_and_what_they_burnt():
+def test_states_hold_the_engine_powers_and_the_fuel():
     lander = LanderEnv()
     lander.reset(seed=0)
     powers, fuel = [], []
@@ -178,7 +178,7 @@ def test_the_comparison_notices_a_single_bit():
     assert found((nudged, reward, terminated)).startswith("observation")
     assert found((o, np.nextafter(reward, 9), terminated)).startswith("reward")
     assert found((o, reward, not terminated)).startswith("terminated")
-    for name in ("positions", "angles", "velocities", "spins"):
+    for name in ("positions", "angles", "velocities", "angular_velocities"):
         assert found((o, reward, terminated), nudge=name).startswith(name)
 
 
@@ -195,7 +195,7 @@ def test_arrays_that_a_batch_cannot_write_are_refused():
             batch.step(good[0], wrong, *good[2:])
 
 
-def test_a_refused_step_moves_nobody():
+def test_a_refused_step_changes_no_environment():
     batch = Batch(2)
     results = np.zeros((2, 8), np.float32), np.zeros(2), np.zeros(2, np.bool_)
     batch.step(np.zeros(2, np.int64), *results, np.array([BEGIN, 0], np.uint8))
@@ -207,7 +207,7 @@ def test_a_refused_step_moves_nobody():
     assert batch.snapshot(0) == before
 
 
-def test_copying_to_an_environment_that_is_not_there_copies_to_none():
+def test_copying_to_an_index_out_of_range_changes_no_environment():
     batch = Batch(3)
     results = np.zeros((3, 8), np.float32), np.zeros(3), np.zeros(3, np.bool_)
     batch.step(np.zeros(3, np.int64), *results, np.full(3, BEGIN, np.uint8))
@@ -245,7 +245,7 @@ def test_landers_that_another_thread_is_stepping_are_left_alone():
 
 
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs Linux")
-def test_threads_do_not_gather_memory():
+def test_threads_do_not_leak_memory():
     batch = Batch(65, num_threads=2)
     results = np.zeros((65, 8), np.float32), np.zeros(65), np.zeros(65, np.bool_)
     rng = np.random.default_rng(0)
@@ -258,7 +258,7 @@ def test_threads_do_not_gather_memory():
         return int(Path("/proc/self/statm").read_text().split()[1])
 
     before = fly(300)
-    assert fly(1_200) - before < 2_000  # pages: it was 30,000 once
+    assert fly(1_200) - before < 2_000  # pages; a leak once took 30,000
 
 
 def test_actions_of_the_other_kind_are_refused():

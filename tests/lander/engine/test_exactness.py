@@ -40,7 +40,7 @@ def paths_missed(coverage: Counter[str], unless: tuple[str, ...] = ()) -> list[s
 
 
 @pytest.mark.slow
-def test_a_million_steps_equal_stock_and_meet_every_path():
+def test_a_million_steps_equal_stock_and_cover_every_path():
     reports = oracle.survey(1_000_000, first_seed=1000)
     assert [r.difference for r in reports.values() if r.difference] == []
     coverage: Counter[str] = Counter()
@@ -51,12 +51,14 @@ def test_a_million_steps_equal_stock_and_meet_every_path():
 
 def test_threads_change_nothing():
     for threads in (2, 3):
-        report = oracle.compare({}, range(8), num_threads=threads)  # 88 landers: two threads' share
+        report = oracle.compare(
+            {}, range(8), num_threads=threads
+        )  # 88 landers, enough for two threads
         assert report.difference is None
 
 
 def test_every_instruction_set_gives_the_same_bytes():
-    """Each flies the same landers in a process of its own; one that is not there is left out."""
+    """Each flies the same landers in its own process; those that the machine lacks are skipped."""
     flight = """
 import hashlib
 import numpy as np
@@ -98,5 +100,5 @@ def test_the_build_fuses_no_multiplication_with_an_addition():
         check=True,
         text=True,
     ).stdout
-    assert "mulss" in listing  # the search would find what it looks for
+    assert "mulss" in listing  # the listing holds floating-point instructions
     assert re.findall(r"\bvf(?:n?m(?:add|sub)|maddsub|msubadd)\w*", listing) == []

@@ -1,4 +1,4 @@
-"""Makes the archives in `sb3/` with Stable-Baselines3 itself, and notes what it does with them.
+"""Make the archives in `sb3/` with Stable-Baselines3, and record the actions of its policies.
 
 Run by hand, in an environment that has stable_baselines3 and sb3_contrib: python make_sb3.py
 """
@@ -13,9 +13,9 @@ import torch
 from sb3_contrib import QRDQN
 from stable_baselines3 import A2C, DQN, PPO
 
-WORLD = "LunarLander-v3"
+ENV_ID = "LunarLander-v3"
 HERE = Path(__file__).parent / "sb3"
-KEPT = ("data", "policy.pth", "_stable_baselines3_version")  # the rest is the optimiser's
+KEPT = ("data", "policy.pth", "_stable_baselines3_version")  # the rest is of the optimiser
 
 OFF_POLICY = {"buffer_size": 10, "device": "cpu"}
 MODELS = {
@@ -31,8 +31,8 @@ def main() -> None:
     observations = np.random.default_rng(0).normal(size=(200, 8)).astype(np.float32)
     actions = {}
     for name, (algorithm, policy, settings) in MODELS.items():
-        model = algorithm("MlpPolicy", WORLD, seed=0, policy_kwargs=policy, **settings)
-        with torch.no_grad():  # as far from each other as trained ones, so that actions vary
+        model = algorithm("MlpPolicy", ENV_ID, seed=0, policy_kwargs=policy, **settings)
+        with torch.no_grad():  # as varied as trained weights, so that the actions vary
             for weights in model.policy.parameters():
                 weights.copy_(torch.randn(weights.shape))
         file = io.BytesIO()

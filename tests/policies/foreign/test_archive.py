@@ -22,14 +22,14 @@ def test_a_member_is_read_as_it_was_written(compression):
     assert archive.read("b/c", 0) == b""
 
 
-def test_a_member_larger_than_was_meant_is_not_unpacked():
+def test_a_member_larger_than_the_limit_is_not_decompressed():
     bomb = zipped({"a": bytes(1_000_000)})
     assert len(bomb) < 2_000
     with pytest.raises(ValueError, match="'a' has 1000000 bytes, must be at most 999999"):
         Archive(bomb).read("a", 999_999)
 
 
-def test_a_member_that_understates_its_size_gives_no_more_than_it_says():
+def test_a_member_that_understates_its_size_is_refused():
     data = zipped({"a": bytes(1_000_000)})
     lying = data.replace((1_000_000).to_bytes(4, "little"), (10).to_bytes(4, "little"))
     assert lying != data
@@ -37,7 +37,7 @@ def test_a_member_that_understates_its_size_gives_no_more_than_it_says():
         Archive(lying).read("a", 100)
 
 
-def test_a_name_is_no_path(tmp_path, monkeypatch):
+def test_a_member_name_is_never_used_as_a_path(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     archive = Archive(zipped({"../up": b"1", "/abs": b"2"}))
     assert archive.read("../up", 9) == b"1"
@@ -47,8 +47,8 @@ def test_a_name_is_no_path(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("compression", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
-def test_other_ways_to_pack_are_refused(compression):
-    with pytest.raises(ValueError, match="packed otherwise than by deflate"):
+def test_other_compression_methods_are_refused(compression):
+    with pytest.raises(ValueError, match="compressed by another method than deflate"):
         Archive(zipped({"a": b"one"}, compression)).read("a", 9)
 
 
@@ -71,6 +71,6 @@ def test_too_many_members_are_refused():
 
 
 @pytest.mark.parametrize("data", [b"", b"PK\x05\x06", b"text" * 10])
-def test_what_is_no_archive_is_refused(data):
+def test_data_that_is_not_an_archive_is_refused(data):
     with pytest.raises(ValueError, match="not a whole zip archive"):
         Archive(data)

@@ -27,7 +27,7 @@ def model(
     inputs: dict[str, tuple[int, Shape]] | None = None,
     **metadata: str,
 ) -> bytes:
-    """A model of WEIGHTS and these nodes; its input is `o`, [N, 2], if nothing else is said."""
+    """A model of WEIGHTS and these nodes; its input is `o`, [N, 2], by default."""
 
     def described(values: dict[str, tuple[int, Shape]]) -> list[Any]:
         return [helper.make_tensor_value_info(name, *value) for name, value in values.items()]
@@ -72,15 +72,15 @@ def refusal(data: bytes, spaces: Spaces = SPACES) -> str:
         model([VALUES, CHOICE], {"a": (INT64, ["N"]), "q": (FLOAT, ["N", 3])}),
     ],
 )
-def test_a_model_is_flown_by_its_values_or_by_its_actions(data):
+def test_a_policy_follows_the_values_or_the_actions_of_its_model(data):
     flown = policy(data)
     assert flown.act(OBSERVATIONS).tolist() == BEST
     assert flown.act(OBSERVATIONS[1:2]).tolist() == BEST[1:2]
     assert flown.act(np.repeat(OBSERVATIONS, 20, axis=0)).tolist() == np.repeat(BEST, 20).tolist()
 
 
-def test_values_that_are_not_of_the_actions_are_passed_over():
-    """An actor and critic gives the state's value too, [N, 1], and it comes first."""
+def test_outputs_that_are_not_values_of_actions_are_ignored():
+    """An actor-critic model also gives the value of the state, [N, 1], as its first output."""
     state = helper.make_node("ReduceMax", ["q"], ["v"], axes=[1], keepdims=1)
     data = model([VALUES, state], {"v": (FLOAT, ["N", 1]), "q": (FLOAT, ["N", 3])})
     assert policy(data).act(OBSERVATIONS).tolist() == BEST
@@ -123,7 +123,7 @@ def test_values_that_are_not_of_the_actions_are_passed_over():
                 {"q": (FLOAT, ["N", 3])},
                 {"o": (FLOAT, ["N", 3])},
             ),
-            "takes observations of 3 numbers, the world shows 2",
+            "takes observations of 3 numbers, the environment gives 2",
         ),
         (
             model([VALUES], {"q": (FLOAT, [2_000, 3])}, {"o": (FLOAT, [2_000, 2])}),
@@ -148,7 +148,7 @@ def test_a_model_cut_off_anywhere_is_refused_or_whole():
             policy(data[:length])
 
 
-def test_an_action_that_the_world_does_not_have_is_refused():
+def test_an_action_that_the_environment_does_not_have_is_refused():
     data = model([VALUES, CHOICE], {"a": (INT64, ["N"])})
     flown = policy(data, Spaces(observation_size=2, num_actions=2))
     assert flown.act(OBSERVATIONS[:2]).tolist() == [0, 1]
@@ -163,7 +163,7 @@ def test_a_model_that_cannot_be_computed_says_so():
     assert "m.onnx: cannot be computed: " in refusal(data)
 
 
-def test_an_action_does_not_depend_on_who_flies_beside():
+def test_an_action_does_not_depend_on_the_other_observations():
     rng = np.random.default_rng(0)
     weights = rng.normal(size=(2, 3)).astype(np.float32)
     many = np.random.default_rng(1).normal(size=(70, 2)).astype(np.float32)
@@ -188,13 +188,13 @@ def cart(path: Path, **metadata: str) -> Path:
     return path
 
 
-def test_the_world_is_the_one_that_the_model_names_or_else_the_one_given(tmp_path):
+def test_the_environment_is_the_one_that_the_model_names_or_else_the_given_one(tmp_path):
     named = cart(tmp_path / "named.onnx", env_id="CartPole-v1")
     assert read_onnx(named, "LunarLander-v3")[1] == "CartPole-v1"
     flown, env_id = read_onnx(cart(tmp_path / "cart.onnx"), "CartPole-v1")
     assert env_id == "CartPole-v1"
     assert flown.act(np.array([[9, 9, -0.1, 9], [-9, -9, 0.1, -9]])).tolist() == [0, 1]
-    with pytest.raises(UserError, match="takes observations of 4 numbers, the world shows 8"):
+    with pytest.raises(UserError, match="takes observations of 4 numbers, the environment gives 8"):
         read_onnx(tmp_path / "cart.onnx", "LunarLander-v3")
 
 
@@ -218,13 +218,13 @@ def test_weights_in_a_file_beside_the_model_are_found(tmp_path):
         read_onnx(tmp_path / "cart.onnx", "CartPole-v1")
 
 
-def test_a_file_cannot_have_a_module_imported(tmp_path, monkeypatch):
+def test_a_file_cannot_cause_an_import(tmp_path, monkeypatch):
     (tmp_path / "evil.py").write_text("raise SystemExit('imported')")
     monkeypatch.syspath_prepend(tmp_path)
     path = cart(tmp_path / "evil.onnx", env_id="evil:CartPole-v1")
     with pytest.raises(UserError, match=r"'evil:CartPole-v1' would import a module.*--env-id evil"):
         read_onnx(path, "LunarLander-v3")
-    with pytest.raises(SystemExit, match="imported"):  # named by whoever trusts it
+    with pytest.raises(SystemExit, match="imported"):  # the user named it
         read_onnx(path, "evil:CartPole-v1")
 
 

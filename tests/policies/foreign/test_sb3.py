@@ -16,11 +16,11 @@ from touchdown.policies.foreign.sb3 import read_sb3
 from touchdown.policies.foreign.torch_state import read_state
 
 SAVED = Path(__file__).parent / "sb3"  # by Stable-Baselines3 itself; see make_sb3.py
-WORLD = "LunarLander-v3"
+ENV_ID = "LunarLander-v3"
 OBSERVATIONS = np.random.default_rng(0).normal(size=(200, 8)).astype(np.float32)
 
 
-def refusal(path: Path, env_id: str = WORLD) -> str:
+def refusal(path: Path, env_id: str = ENV_ID) -> str:
     with pytest.raises(UserError) as said:
         read_sb3(path, env_id)
     assert "\n" not in str(said.value)
@@ -63,7 +63,7 @@ def renamed(path: Path, before: bytes, after: bytes) -> bytes:
 def test_a_policy_acts_as_stable_baselines_said_it_does(name):
     expected = json.loads((SAVED / "actions.json").read_text())[name]
     assert len(set(expected)) > 2
-    assert read_sb3(SAVED / f"{name}.zip", WORLD).act(OBSERVATIONS).tolist() == expected
+    assert read_sb3(SAVED / f"{name}.zip", ENV_ID).act(OBSERVATIONS).tolist() == expected
 
 
 def test_its_values_are_those_of_the_layers_worked_out_by_hand():
@@ -73,27 +73,27 @@ def test_its_values_are_those_of_the_layers_worked_out_by_hand():
         + state["mlp_extractor.policy_net.0.bias"]
     )
     logits = hidden @ state["action_net.weight"].T + state["action_net.bias"]
-    values = read_sb3(SAVED / "ppo.zip", WORLD).values(OBSERVATIONS)
+    values = read_sb3(SAVED / "ppo.zip", ENV_ID).values(OBSERVATIONS)
     assert_allclose(values, logits, atol=1e-5)
 
 
-def test_the_activation_in_plain_text_goes_before_the_algorithms_own(tmp_path):
-    """A2C's default is tanh; this archive says ReLU, and the decoy has lost the word."""
+def test_the_activation_in_plain_text_overrides_the_algorithms_default(tmp_path):
+    """A2C's default is tanh; this archive says ReLU, and the decoy lacks that text."""
 
     def forget(facts: dict[str, Any]) -> None:
         del facts["policy_kwargs"]["activation_fn"]
 
     path = rewritten(SAVED / "a2c.zip", tmp_path / "tanh.zip", forget)
     expected = json.loads((SAVED / "actions.json").read_text())["a2c"]
-    assert read_sb3(path, WORLD).act(OBSERVATIONS).tolist() != expected
+    assert read_sb3(path, ENV_ID).act(OBSERVATIONS).tolist() != expected
 
 
 def test_layers_shared_by_actor_and_critic_come_first(tmp_path):
-    """Before 1.8 some lay under shared_net; here the only one does, and the policy is the same."""
+    """Before 1.8, shared layers were in shared_net; here the only layer is, for the same policy."""
     policy = renamed(SAVED / "ppo.zip", b"tor.policy_net.", b"tor.shared_net.")
     path = rewritten(SAVED / "ppo.zip", tmp_path / "old.zip", policy_pth=policy)
     expected = json.loads((SAVED / "actions.json").read_text())["ppo"]
-    assert read_sb3(path, WORLD).act(OBSERVATIONS).tolist() == expected
+    assert read_sb3(path, ENV_ID).act(OBSERVATIONS).tolist() == expected
 
 
 def setting(section: str, name: str, value: object) -> Callable[[dict[str, Any]], None]:
@@ -111,7 +111,7 @@ def setting(section: str, name: str, value: object) -> Callable[[dict[str, Any]]
             "SBX saved it, which keeps weights as a pickle; a pickle is never opened",
         ),
         (setting("policy_class", "__module__", "mine"), "its policy's class is from 'mine'; only"),
-        (lambda facts: facts.pop("policy_class"), "from 'a place that it does not name'"),
+        (lambda facts: facts.pop("policy_class"), "from 'an unnamed module'"),
         (
             setting("action_space", ":type:", "<class 'gymnasium.spaces.box.Box'>"),
             "its action_space is Box, must be Discrete",
@@ -122,7 +122,10 @@ def setting(section: str, name: str, value: object) -> Callable[[dict[str, Any]]
         ),
         (lambda facts: facts.pop("action_space"), "its action_space is None"),
         (setting("action_space", "start", "1"), "its actions do not start at 0"),
-        (setting("action_space", "n", "5"), "for 5 actions; the world shows 8 and has 4 actions"),
+        (
+            setting("action_space", "n", "5"),
+            "for 5 actions; the environment gives 8 and has 4 actions",
+        ),
         (
             setting("observation_space", ":type:", "<class 'gymnasium.spaces.dict.Dict'>"),
             "its observation_space is Dict, must be Box or Discrete",
@@ -141,7 +144,7 @@ def setting(section: str, name: str, value: object) -> Callable[[dict[str, Any]]
         ),
     ],
 )
-def test_what_another_kind_of_pilot_saved_is_refused(tmp_path, change, said):
+def test_another_kind_of_policy_is_refused(tmp_path, change, said):
     assert said in refusal(rewritten(SAVED / "dqn.zip", tmp_path / "other.zip", change))
 
 
@@ -165,13 +168,13 @@ def test_weights_of_another_kind_of_network_are_refused(tmp_path, before, after,
 def test_an_actor_of_continuous_actions_is_refused(tmp_path):
     policy = renamed(SAVED / "ppo.zip", b"\x0e\0\0\0value_net.bias", b"\x07\0\0\0log_std")
     path = rewritten(SAVED / "ppo.zip", tmp_path / "other.zip", policy_pth=policy)
-    assert "not those of DQN, QRDQN, PPO or A2C with numbered actions" in refusal(path)
+    assert "not those of DQN, QRDQN, PPO or A2C with discrete actions" in refusal(path)
 
 
-def test_a_policy_for_another_world_is_refused_with_the_way_to_name_it():
+def test_a_policy_for_another_environment_is_refused_with_the_flag_that_names_it():
     said = refusal(SAVED / "dqn.zip", "CartPole-v1")
     assert "it takes 8 numbers and gives 4, for 4 actions" in said
-    assert "the world shows 4 and has 2 actions (--env-id names it)" in said
+    assert "the environment gives 4 and has 2 actions (--env-id names it)" in said
 
 
 @pytest.mark.parametrize("statistics", ["vec_normalize.pkl", "vecnormalize.pkl"])
@@ -179,7 +182,7 @@ def test_a_policy_whose_observations_were_normalised_is_refused(tmp_path, statis
     path = tmp_path / "dqn.zip"
     path.write_bytes((SAVED / "dqn.zip").read_bytes())
     (tmp_path / statistics).write_bytes(b"a pickle")
-    assert f"{statistics} lies beside it, so its observations were normalised" in refusal(path)
+    assert f"{statistics} is beside it, so its observations were normalised" in refusal(path)
 
 
 @pytest.mark.parametrize(
@@ -219,7 +222,7 @@ def test_an_archive_that_is_too_large_is_not_read(tmp_path, monkeypatch):
     assert "'data' has 100000 bytes, must be at most 99999" in refusal(bomb)
 
 
-def test_what_is_not_there_or_no_file_is_refused(tmp_path):
+def test_a_missing_file_or_a_folder_is_refused(tmp_path):
     assert "cannot be read: No such file" in refusal(tmp_path / "gone.zip")
     (tmp_path / "folder.zip").mkdir()
     assert re.search("cannot be read: Is a directory", refusal(tmp_path / "folder.zip"))

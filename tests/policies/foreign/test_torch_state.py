@@ -36,7 +36,7 @@ def tensor(
     key: str = "0",
     count: int = 6,
 ) -> bytes:
-    """The operations that stand for one array, as PyTorch writes them."""
+    """The operations that make one array, as PyTorch writes them."""
     return (
         b"ctorch._utils\n_rebuild_tensor_v2\n(("
         + text("storage")
@@ -91,7 +91,7 @@ def test_an_array_is_laid_out_by_its_strides():
     ("storage", "dtype"),
     [("DoubleStorage", "<f8"), ("HalfStorage", "<f2"), ("LongStorage", "<i8")],
 )
-def test_numbers_of_other_types_are_read_as_such(storage, dtype):
+def test_numbers_keep_their_types(storage, dtype):
     program = state(a=tensor((6,), (1,), storage=storage))
     data = np.arange(6, dtype=dtype).tobytes()
     (array,) = read_state(saved(program, **{"data/0": data})).values()
@@ -99,7 +99,7 @@ def test_numbers_of_other_types_are_read_as_such(storage, dtype):
     assert_array_equal(array, range(6))
 
 
-def test_what_is_no_array_is_left_out():
+def test_values_that_are_not_arrays_are_left_out():
     program = state(a=tensor((6,), (1,)), note=text("hello"))
     assert list(read_state(saved(program))) == ["a"]
 
@@ -121,7 +121,7 @@ def test_a_pickle_that_would_run_something_is_refused_and_runs_nothing(tmp_path,
     with pytest.raises(ValueError, match="which no state dict needs"):
         read_state(saved(program))
     assert not marker.exists()
-    pickle.loads(program)  # noqa: S301 - the decoy is a real one
+    pickle.loads(program)  # noqa: S301 - the decoy shows that it would run
     assert marker.exists()
 
 
@@ -139,12 +139,12 @@ def test_a_pickle_that_would_run_something_is_refused_and_runs_nothing(tmp_path,
         (b"\x80\x02(K\x01s.", "broken"),
         (b"\x80\x02}(K\x01u.", "broken"),
         (b"\x80\x02})K\x01s.", "not a name"),
-        (b"\x80\x02K\x01.", "something else than a state dict"),
+        (b"\x80\x02K\x01.", "is not a state dict"),
         (b"\x80\x02ccollections\nOrderedDict\nK\x01R.", "not an array"),
         (b"\x80\x02K\x01Q.", "not a storage"),
-        (b"", "no whole pickle"),
-        (b"\x80\x02X\xff\xff\xff\x7fab", "no whole pickle"),
-        (b"\xff\xfe", "no whole pickle"),
+        (b"", "not a whole pickle"),
+        (b"\x80\x02X\xff\xff\xff\x7fab", "not a whole pickle"),
+        (b"\xff\xfe", "not a whole pickle"),
         (b"N" * 2_000_000 + b".", "has 2000001 bytes, must be at most"),
     ],
 )
@@ -169,12 +169,12 @@ def test_a_program_of_anything_else_is_refused(program, said):
         tensor((2**31 - 1,), (1,), count=2**31 - 1),
     ],
 )
-def test_an_array_that_reaches_out_of_its_numbers_is_refused(array):
+def test_an_array_that_reaches_beyond_its_storage_is_refused(array):
     with pytest.raises(ValueError, match=r"its data\.pkl has an array"):
         read_state(saved(state(a=array)))
 
 
-def test_many_large_arrays_are_refused_before_one_is_read():
+def test_too_many_numbers_are_refused_before_any_is_read():
     huge = {f"a{n}": tensor((1,), (1,), count=2**25, key="none") for n in range(3)}
     with pytest.raises(ValueError, match="more than 67108864 numbers"):
         read_state(saved(state(**huge)))
@@ -190,12 +190,12 @@ def test_many_large_arrays_are_refused_before_one_is_read():
         (tensor((6,), (1,), storage="BFloat16Storage"), "names 'torch.BFloat16Storage'"),
     ],
 )
-def test_numbers_that_are_not_there_are_refused(array, said):
+def test_missing_numbers_are_refused(array, said):
     with pytest.raises(ValueError, match=said):
         read_state(saved(state(a=array)))
 
 
-def test_numbers_in_another_order_are_refused():
+def test_big_endian_numbers_are_refused():
     with pytest.raises(ValueError, match="not little-endian"):
         read_state(saved(state(), byteorder=b"big"))
     assert read_state(saved(state(), byteorder=b"little")) == {}

@@ -1,1 +1,1 @@
-"""Policies that others trained: their files, read without running anything that is in them."""
+"""Policies of other libraries: their files, read without running anything in them."""

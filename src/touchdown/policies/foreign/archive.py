@@ -1,4 +1,4 @@
-"""A zip archive from anywhere: read in memory, never unpacked, and never more of it than meant."""
+"""An untrusted zip archive: read in memory, never unpacked to disk, with limits on sizes."""
 
 import io
 import struct
@@ -11,8 +11,8 @@ _ENCRYPTED = 0x1  # of a member's flags
 _BROKEN = (
     zipfile.BadZipFile,
     EOFError,
-    NotImplementedError,  # a feature of zip that Python does not know
-    OSError,  # a place before the beginning
+    NotImplementedError,  # a feature of zip that Python does not support
+    OSError,  # an offset before the beginning
     OverflowError,
     RuntimeError,
     struct.error,
@@ -22,15 +22,15 @@ _BROKEN = (
 
 
 class Archive:
-    """A zip archive's members by name.
+    """The members of a zip archive, by name.
 
-    A name is only compared, never a path of this machine's.
+    Names are only compared, never used as paths.
 
     Args:
         data: the whole archive.
 
     Raises:
-        ValueError: it is no zip archive, or has more members than any that is meant here.
+        ValueError: it is not a zip archive, or has more than 10,000 members.
     """
 
     def __init__(self, data: bytes) -> None:
@@ -44,19 +44,19 @@ class Archive:
 
     @property
     def names(self) -> list[str]:
-        """The members' names."""
+        """The names of the members."""
         return list(self._members)
 
     def read(self, name: str, most: int) -> bytes:
-        """A member's bytes.
+        """The bytes of a member.
 
         Args:
             name: of the member.
-            most: bytes that it may have, unpacked.
+            most: limit on its uncompressed size, in bytes.
 
         Raises:
-            ValueError: there is none, it has more bytes, or it is broken, encrypted or packed in a
-                way that is not read here.
+            ValueError: there is no such member, it is larger, broken, encrypted, or compressed by
+                another method than deflate.
         """
         if name not in self._members:
             raise ValueError(f"holds no {name!r}")
@@ -64,10 +64,10 @@ class Archive:
         if member.file_size > most:
             raise ValueError(f"{name!r} has {member.file_size} bytes, must be at most {most}")
         if member.flag_bits & _ENCRYPTED or member.compress_type not in _READABLE:
-            raise ValueError(f"{name!r} is encrypted, or packed otherwise than by deflate")
+            raise ValueError(f"{name!r} is encrypted, or compressed by another method than deflate")
         try:
             with self._zip.open(member) as file:
-                data = file.read(most + 1)  # the size above is only what the archive says
+                data = file.read(most + 1)  # the size checked above is only what the archive claims
         except _BROKEN:
             data = b""
         if len(data) != member.file_size:

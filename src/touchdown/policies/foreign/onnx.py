@@ -1,4 +1,4 @@
-"""A network in the ONNX format as a policy: ours or anyone's, flown by onnxruntime."""
+"""A network in the ONNX format as a policy, ours or anyone's, computed by onnxruntime."""
 
 from collections.abc import Sequence
 from importlib import import_module
@@ -16,15 +16,15 @@ from touchdown.envs import environment
 
 _MOST_BYTES = 512 << 20
 _MOST_ROWS = 1_024
-_ROWS = 32  # observations in a call, where the model leaves it open
+_ROWS = 32  # observations per call, if the model leaves N open
 
 
 class OnnxModel:
-    """A model that is ready to compute, on one thread.
+    """A loaded model, computed on one thread.
 
     Args:
-        source: the model's bytes, or its path where weights may lie in a file beside it.
-        where: it comes from, for whoever reads of what is wrong.
+        source: the bytes of the model, or its path, so that weights in a file beside it are found.
+        where: the origin of the model, for error messages.
 
     Raises:
         UserError: onnxruntime is not installed, or the model is broken.
@@ -40,7 +40,7 @@ class OnnxModel:
             ) from None
         options: Any = onnxruntime.SessionOptions()
         options.intra_op_num_threads = options.inter_op_num_threads = 1
-        options.log_severity_level = 4  # what goes wrong is raised, and told once
+        options.log_severity_level = 4  # errors are raised, so they need no log
         self._where = where
         self._errors: tuple[type[Exception], ...] = (
             errors.Fail,
@@ -63,16 +63,16 @@ class OnnxModel:
 
     @property
     def inputs(self) -> list[tuple[str, str, list[int | str | None]]]:
-        """Name, type and shape of each input; a dimension that is left open is no integer."""
+        """Name, type and shape of each input; an open dimension is not an integer."""
         return [(each.name, each.type, each.shape) for each in self._session.get_inputs()]
 
     @property
     def metadata(self) -> dict[str, str]:
-        """What whoever wrote the model noted in it."""
+        """The metadata of the model."""
         return dict(self._session.get_modelmeta().custom_metadata_map)
 
     def run(self, observations: FloatArray, outputs: Sequence[str] | None = None) -> list[Any]:
-        """The outputs of that name, or all of them.
+        """Compute the named outputs, or all of them.
 
         Raises:
             UserError: the model cannot compute them.
@@ -85,22 +85,22 @@ class OnnxModel:
 
     @property
     def outputs(self) -> list[str]:
-        """The outputs' names."""
+        """The names of the outputs."""
         return [each.name for each in self._session.get_outputs()]
 
 
 class OnnxPolicy:
-    """Takes the best action by a model's values, or the action that the model gives.
+    """Takes the action with the largest value of a model, or the action that the model gives.
 
     Args:
-        model: of one input, float32 [N, D] or [B, D] with a fixed B, such as 1; of its outputs the
-            first that is float [N, A] is flown by its greatest, else the first that is whole
-            numbers, [N] or [N, 1], as it is.
-        spaces: of the world.
-        where: the model comes from, for whoever reads of what is wrong.
+        model: with one input, float32 [N, D], or [B, D] with a fixed B such as 1. The first output
+            that is float [N, A] is taken as values; else the first that is integer, [N] or [N, 1],
+            as actions.
+        spaces: of the environment.
+        where: the origin of the model, for error messages.
 
     Raises:
-        UserError: the model is of other inputs or outputs.
+        UserError: the model has other inputs or outputs.
     """
 
     def __init__(self, model: OnnxModel, spaces: Spaces, where: str) -> None:
@@ -117,7 +117,7 @@ class OnnxPolicy:
                 )
         if isinstance(size, int) and size != spaces.observation_size:
             raise UserError(
-                f"{where}: takes observations of {size} numbers, the world shows "
+                f"{where}: takes observations of {size} numbers, the environment gives "
                 f"{spaces.observation_size}; --env-id names another"
             )
         self._rows = rows if isinstance(rows, int) else _ROWS
@@ -126,7 +126,7 @@ class OnnxPolicy:
         self._output, self._gives_values = self._choose(spaces)
 
     def _choose(self, spaces: Spaces) -> tuple[str, bool]:
-        """The output to fly by, and whether it is values; shapes are seen by trying."""
+        """The output to use, and whether it holds values; shapes are found by a trial call."""
         zeros = np.zeros((self._rows, spaces.observation_size), np.float32)
         results = [
             (name, cast(NDArray[Any], result))
@@ -142,14 +142,14 @@ class OnnxPolicy:
         shapes = [f"{name} {result.dtype}{list(result.shape)}" for name, result in results]
         raise UserError(
             f"{self._where}: gives {', '.join(shapes)} for {self._rows} observations; must give "
-            f"values [N, {spaces.num_actions}] or actions [N] (--env-id names another world)"
+            f"values [N, {spaces.num_actions}] or actions [N] (--env-id names another environment)"
         )
 
     def act(self, observations: FloatArray) -> IntArray:
         """An action for each observation: [N, D] to [N].
 
         Raises:
-            UserError: the model gives an action that the world does not have.
+            UserError: the model gives an action that the environment does not have.
         """
         given = in_blocks(self._given, observations, self._rows)
         if self._gives_values:
@@ -167,23 +167,24 @@ class OnnxPolicy:
 
 
 def read_onnx(path: Path, env_id: str) -> tuple[OnnxPolicy, str]:
-    """A policy from an ONNX file, and the world that it is for.
+    """A policy from an ONNX file, and the id of the environment that it is for.
 
     Args:
         path: of the `.onnx`.
-        env_id: the world where the file names none, as ours do.
+        env_id: the environment if the file names none; files of ours do.
 
     Raises:
-        UserError: onnxruntime is not installed, or the file is broken or fits no world.
+        UserError: onnxruntime is not installed, or the file is broken or does not fit the
+            environment.
     """
-    files.read_bytes(path, _MOST_BYTES)  # whether it is there, and of a size to load
+    files.read_bytes(path, _MOST_BYTES)  # it exists, and is not too large to load
     model = OnnxModel(path, str(path))
     named = model.metadata.get("env_id", env_id)
     if ":" in named and named != env_id:
-        # Gymnasium imports what stands before the colon: not on the word of a file
+        # Gymnasium imports the module before the colon, which a file must not decide
         raise UserError(
             f"{path}: its env_id {named!r} would import a module; "
-            f"if it is to be trusted, name it: --env-id {named}"
+            f"if you trust it, name it: --env-id {named}"
         )
     spaces = environment.spaces_of(named)
     return OnnxPolicy(model, spaces, str(path)), named

@@ -1,8 +1,8 @@
-"""A policy that Stable-Baselines3 saved, flown as a network of ours; nothing of it is unpickled.
+"""A policy saved by Stable-Baselines3, loaded into a network of ours; nothing is unpickled.
 
-Its archive holds `data`, JSON with pickles inside it that are left alone, and `policy.pth`, the
-weights of PyTorch. Their names tell the algorithm and their shapes the layers. What they do not
-tell, the activation, is the algorithm's default unless `data` has another in plain text.
+Its archive holds `data`, JSON that contains pickles, which are not read, and `policy.pth`, the
+weights of PyTorch. The names of the weights determine the algorithm, and their shapes the layers.
+The activation is the algorithm's default unless `data` has another in plain text.
 """
 
 import re
@@ -23,8 +23,8 @@ from touchdown.envs import environment
 from touchdown.policies.foreign.archive import Archive
 from touchdown.policies.foreign.torch_state import read_state
 
-_MOST_BYTES = 128 << 20  # of the archive, and of a member; an MLP's is a hundredth of it
-_HOMES = ("stable_baselines3.", "sb3_contrib.")  # of policies whose defaults are known
+_MOST_BYTES = 128 << 20  # of the archive, and of a member; an MLP needs a hundredth of it
+_HOMES = ("stable_baselines3.", "sb3_contrib.")  # modules of the policies whose defaults are known
 _ACTIVATIONS = {"ReLU": "relu", "Tanh": "tanh", "SiLU": "silu"}
 _CLASS = re.compile(r"<class '(?:\w+\.)*(\w+)'>")  # as Python prints one
 _SEEN = ("Box", "Discrete")
@@ -43,28 +43,30 @@ class _Linear(NamedTuple):
 def read_sb3(path: Path, env_id: str) -> GreedyPolicy:
     """A greedy policy from a Stable-Baselines3 archive of DQN, QRDQN, PPO or A2C with `MlpPolicy`.
 
-    Of an actor (PPO, A2C) it takes the likeliest action, and its values are the logits.
+    For an actor (PPO, A2C) it takes the most probable action, and its values are the logits.
 
     Args:
         path: of the `.zip`.
-        env_id: the world, which the archive does not name.
+        env_id: the environment, which the archive does not name.
 
     Raises:
-        UserError: it is no such archive, broken, of another kind of policy, or for another world.
+        UserError: it is not such an archive, is broken, or is of another kind of policy or for
+            another environment.
     """
     spaces = environment.spaces_of(env_id)
     data = files.read_bytes(path, _MOST_BYTES)
     statistics = [name for name in _PICKLED_STATISTICS if path.with_name(name).is_file()]
     if statistics:
         raise UserError(
-            f"{path}: {statistics[0]} lies beside it, so its observations were normalised; the "
-            "statistics are a pickle, which is never opened (if rewards alone were: move it away)"
+            f"{path}: {statistics[0]} is beside it, so its observations were normalised; the "
+            "statistics are a pickle, which is never opened (if only rewards were normalised, move "
+            "it away)"
         )
     try:
         return _policy(Archive(data), path, spaces)
     except ValueError as error:
         raise UserError(
-            f"{path}: no Stable-Baselines3 policy that can be flown: {one_line(error)}"
+            f"{path}: not a Stable-Baselines3 policy that can be used: {one_line(error)}"
         ) from None
 
 
@@ -80,10 +82,11 @@ def _policy(archive: Archive, path: Path, spaces: Spaces) -> GreedyPolicy:
     expected = spaces.num_actions * max(quantiles, 1)
     if (takes, gives, declared) != (spaces.observation_size, expected, str(spaces.num_actions)):
         raise ValueError(
-            f"it takes {takes} numbers and gives {gives}, for {declared} actions; the world shows "
-            f"{spaces.observation_size} and has {spaces.num_actions} actions (--env-id names it)"
+            f"it takes {takes} numbers and gives {gives}, for {declared} actions; the environment "
+            f"gives {spaces.observation_size} and has {spaces.num_actions} actions "
+            "(--env-id names it)"
         )
-    if quantiles:  # theirs lie by quantile, ours by action
+    if quantiles:  # theirs are ordered by quantile, ours by action
         by_action = np.arange(gives).reshape(quantiles, -1).T.ravel()
         last = _Linear(last.weight[by_action], last.bias[by_action])
     shape = NetworkConfig(
@@ -101,8 +104,8 @@ def _policy(archive: Archive, path: Path, spaces: Spaces) -> GreedyPolicy:
 
 
 def _check_kind(facts: Mapping[str, Any]) -> None:
-    """Refuse what another kind of policy saved, by the text that lies beside the pickles."""
-    home = _text(facts, "policy_class", "__module__") or "a place that it does not name"
+    """Refuse another kind of policy, by the text beside the pickles."""
+    home = _text(facts, "policy_class", "__module__") or "an unnamed module"
     if home.startswith("sbx."):
         raise ValueError("SBX saved it, which keeps weights as a pickle; a pickle is never opened")
     if not home.startswith(_HOMES):
@@ -122,17 +125,16 @@ def _linears(state: State) -> tuple[list[_Linear], str]:
     """The layers from the observation to the values, and the algorithm's activation."""
     if any("features_extractor." in name for name in state):
         raise ValueError(
-            "a features extractor with weights, such as a CNN, is in it; only "
-            "MlpPolicy can be flown"
+            "it has a features extractor with weights, such as a CNN; only MlpPolicy can be used"
         )
     if any(name.startswith("lstm_") for name in state):
-        raise ValueError("it is recurrent; only MlpPolicy can be flown")
+        raise ValueError("it is recurrent; only MlpPolicy can be used")
     for values in ("q_net.q_net.", "quantile_net.quantile_net."):
         if linears := _sequence(state, values):
             return linears, "ReLU"
     if "action_net.weight" not in state or "log_std" in state:
         raise ValueError(
-            "its weights are not those of DQN, QRDQN, PPO or A2C with numbered actions"
+            "its weights are not those of DQN, QRDQN, PPO or A2C with discrete actions"
         )
     shared = _sequence(state, "mlp_extractor.shared_net.")  # before 1.8
     own = _sequence(state, "mlp_extractor.policy_net.")
@@ -144,18 +146,18 @@ def _is_quantiles(name: str) -> bool:
 
 
 def _sequence(state: State, prefix: str) -> list[_Linear]:
-    """Linear layers with an activation after each: numbered 0, 2, 4 and so on."""
+    """Linear layers, each followed by an activation: numbered 0, 2, 4 and so on."""
     names = [name.removeprefix(prefix) for name in state if name.startswith(prefix)]
     numbers = range(0, len(names), 2)
     if set(names) != {f"{number}.{kind}" for number in numbers for kind in _Linear._fields}:
-        raise ValueError(f"{prefix[:-1]} has other layers than linear ones, and cannot be flown")
+        raise ValueError(f"{prefix[:-1]} has other layers than linear ones, which cannot be used")
     return [_linear(state, f"{prefix}{number}") for number in numbers]
 
 
 def _linear(state: State, name: str) -> _Linear:
     weight, bias = (state.get(f"{name}.{kind}") for kind in _Linear._fields)
     if weight is None or bias is None or weight.ndim != 2 or bias.shape != weight.shape[:1]:
-        raise ValueError(f"{name} is no linear layer, and cannot be flown")
+        raise ValueError(f"{name} is not a linear layer, and cannot be used")
     return _Linear(weight, bias)
 
 
@@ -171,7 +173,7 @@ def _activation(facts: Mapping[str, Any], default: str) -> str:
 
 
 def _text(facts: Mapping[str, Any], name: str, inside: str) -> str | None:
-    """A value as SB3 prints it beside the pickle that it belongs to."""
+    """A value in plain text, which SB3 writes beside its pickle."""
     holder = facts.get(name)
     if not isinstance(holder, dict) or inside not in holder:
         return None
@@ -179,6 +181,6 @@ def _text(facts: Mapping[str, Any], name: str, inside: str) -> str | None:
 
 
 def _class_name(text: str | None) -> str | None:
-    """The class that `<class 'a.b.C'>` names, without its module; other text as it is."""
+    """The class name in `<class 'a.b.C'>`, without its module; other text unchanged."""
     named = _CLASS.fullmatch(text or "")
     return named[1] if named else text

@@ -1,10 +1,10 @@
-"""The arrays of a `torch.save` file, without PyTorch and without running what the file says.
+"""The arrays of a `torch.save` file, read without PyTorch and without running the file.
 
-The file is a zip archive. Its `data.pkl` is a pickle, a program for a small machine, which may call
-any function that it names: whoever loads one runs it. Here the program is only read, one operation
-after the other. The few operations that a dictionary of arrays needs are known, the few names that
-it needs are compared as text, nothing is imported and nothing is called; all else is refused. The
-bytes of the arrays lie beside it, as `data/0`, `data/1` and so on.
+The file is a zip archive. Its `data.pkl` is a pickle: a program for a small virtual machine, which
+may call any function that it names, so that loading a pickle runs it. Here the program is only
+interpreted, one operation after the other. Only the operations that a dictionary of arrays needs
+are implemented; names are compared as text; nothing is imported or called; everything else is
+refused. The bytes of the arrays are in other members, `data/0`, `data/1` and so on.
 """
 
 import pickletools
@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from touchdown.policies.foreign.archive import Archive
 
-_MOST_PROGRAM = 1 << 20  # bytes; a network of a thousand layers has less
+_MOST_PROGRAM = 1 << 20  # bytes; a network of a thousand layers needs less
 _MOST_NUMBERS = 1 << 26  # in all arrays together
 _MOST_DIMENSIONS = 8
 
 _DICTIONARY, _TENSOR = "collections OrderedDict", "torch._utils _rebuild_tensor_v2"
-_DTYPES = {  # little-endian, as a machine with another order says in `byteorder`
+_DTYPES = {  # little-endian; a file in another order says so in `byteorder`
     "torch DoubleStorage": np.dtype("<f8"),
     "torch FloatStorage": np.dtype("<f4"),
     "torch HalfStorage": np.dtype("<f2"),
@@ -33,14 +33,14 @@ _NAMES = (_DICTIONARY, _TENSOR, *_DTYPES)
 
 @dataclass(frozen=True, slots=True)
 class _Name:
-    """What the program would import: compared, never looked up."""
+    """A name that the program would import: compared, never looked up."""
 
     text: str
 
 
 @dataclass(frozen=True, slots=True)
 class _Storage:
-    """Numbers in a member of the archive."""
+    """The numbers in one member of the archive."""
 
     dtype: np.dtype[Any]
     key: str
@@ -49,7 +49,7 @@ class _Storage:
 
 @dataclass(frozen=True, slots=True)
 class _Tensor:
-    """Some of a storage's numbers, in a shape."""
+    """A view of a storage, with a shape and strides."""
 
     storage: _Storage
     offset: int
@@ -57,20 +57,20 @@ class _Tensor:
     strides: tuple[Any, ...]
 
 
-_TENSOR_KINDS = (_Storage, int, tuple, tuple)  # of the arguments that make an array
+_TENSOR_KINDS = (_Storage, int, tuple, tuple)  # types of the arguments that make an array
 
 
 def read_state(data: bytes) -> dict[str, NDArray[Any]]:
-    """The arrays that a state dict names.
+    """The arrays of a state dict, by name.
 
     Args:
-        data: a file of `torch.save`, as PyTorch writes it since 1.6.
+        data: a file of `torch.save`, of PyTorch 1.6 or later.
 
     Returns:
-        Each array in its own shape, of floats of 2, 4 or 8 bytes or integers of 8.
+        Each array in its own shape, as floats of 2, 4 or 8 bytes or integers of 8.
 
     Raises:
-        ValueError: the file is broken, too big, or holds what no state dict does.
+        ValueError: the file is broken, too large, or not a state dict.
     """
     archive = Archive(data)
     programs = [name for name in archive.names if name.endswith("/data.pkl")]
@@ -85,7 +85,7 @@ def read_state(data: bytes) -> dict[str, NDArray[Any]]:
     except (IndexError, KeyError, TypeError) as error:
         raise ValueError(f"its data.pkl is broken: {error}") from None
     if not isinstance(state, dict):
-        raise ValueError("its data.pkl is of something else than a state dict")
+        raise ValueError("its data.pkl is not a state dict")
     tensors = {
         name: value
         for name, value in cast(dict[str, object], state).items()
@@ -96,8 +96,8 @@ def read_state(data: bytes) -> dict[str, NDArray[Any]]:
     return {name: _array(archive, folder, tensor) for name, tensor in tensors.items()}
 
 
-def _read_program(program: bytes) -> object:  # noqa: PLR0912 - a branch an operation
-    """What a pickle would make, of the operations and names that a state dict has."""
+def _read_program(program: bytes) -> object:  # noqa: PLR0912 - one branch per operation
+    """The object that a pickle makes, of the operations and names that a state dict needs."""
     stack: list[Any] = []
     marks: list[int] = []
     memo: dict[int, Any] = {}
@@ -110,7 +110,7 @@ def _read_program(program: bytes) -> object:  # noqa: PLR0912 - a branch an oper
     try:
         operations = list(pickletools.genops(program))
     except ValueError:
-        raise ValueError("its data.pkl is no whole pickle") from None
+        raise ValueError("its data.pkl is not a whole pickle") from None
     for opcode, argument, _ in operations:
         match opcode.name:
             case "PROTO" | "STOP":
@@ -120,7 +120,7 @@ def _read_program(program: bytes) -> object:  # noqa: PLR0912 - a branch an oper
             case "BINUNICODE" | "BININT" | "BININT1" | "BININT2" | "LONG1":
                 stack.append(argument)
             case "NEWFALSE" | "NEWTRUE" | "NONE":
-                stack.append(None)  # whether gradients flow: of no account here
+                stack.append(None)  # requires_grad, which does not matter here
             case "EMPTY_DICT":
                 stack.append({})
             case "EMPTY_TUPLE":
@@ -146,7 +146,7 @@ def _read_program(program: bytes) -> object:  # noqa: PLR0912 - a branch an oper
                 items = popped(marks.pop())
                 _set(stack[-1], items)
             case "BUILD":
-                stack.pop()  # notes on the modules' versions
+                stack.pop()  # the versions of the modules
             case _:
                 raise ValueError(f"its data.pkl has {opcode.name}, which no state dict needs")
     return stack.pop()
@@ -163,7 +163,9 @@ def _set(mapping: object, items: list[Any]) -> None:
     if not isinstance(mapping, dict) or len(items) % 2:
         raise TypeError("not a dictionary")
     for key, value in zip(items[::2], items[1::2], strict=True):
-        if not isinstance(key, str):  # text alone: to hash a deep tuple would need a deep stack
+        if not isinstance(
+            key, str
+        ):  # only text: hashing a deeply nested tuple would overflow the stack
             raise TypeError("not a name")
         cast(dict[str, object], mapping)[key] = value
 
@@ -180,7 +182,7 @@ def _made(name: object, arguments: object) -> object:
     if not isinstance(name, _Name) or not isinstance(arguments, tuple):
         raise TypeError("not an array")
     if name.text == _DICTIONARY:
-        return {}  # what it is filled with comes after
+        return {}  # later operations fill it
     given = cast(tuple[Any, ...], arguments)
     kinds = [isinstance(each, kind) for each, kind in zip(given, _TENSOR_KINDS, strict=False)]
     if name.text != _TENSOR or kinds != [True] * len(_TENSOR_KINDS):
@@ -191,15 +193,15 @@ def _made(name: object, arguments: object) -> object:
 
 
 def _check(tensor: _Tensor) -> None:
-    """Refuse an array that reaches out of its storage, or says a number more than once."""
+    """Refuse an array that reaches beyond its storage, or repeats elements of it."""
     sizes = (tensor.offset, tensor.storage.count, *tensor.shape, *tensor.strides)
     if not all(type(size) is int and 0 <= size <= _MOST_NUMBERS for size in sizes):
-        raise ValueError("its data.pkl has an array of a shape that is none, or too big")
+        raise ValueError("its data.pkl has an array of an invalid shape, or too large")
     if len(tensor.shape) != len(tensor.strides) or len(tensor.shape) > _MOST_DIMENSIONS:
-        raise ValueError("its data.pkl has an array of a shape that is none")
+        raise ValueError("its data.pkl has an array of an invalid shape")
     last = sum((size - 1) * step for size, step in zip(tensor.shape, tensor.strides, strict=True))
     if not 0 < prod(tensor.shape) <= tensor.storage.count > tensor.offset + last:
-        raise ValueError("its data.pkl has an array that is larger than its numbers, or empty")
+        raise ValueError("its data.pkl has an array that is empty, or larger than its storage")
 
 
 def _array(archive: Archive, folder: str, tensor: _Tensor) -> NDArray[Any]:
