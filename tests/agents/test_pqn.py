@@ -145,9 +145,9 @@ def test_an_agent_restored_in_mid_rollout_goes_on_as_if_nothing_had_been(steps: 
     assert agent.facts() == resumed.facts()
 
 
-def test_a_rollout_that_is_fuller_than_it_can_be_is_refused():
+def test_a_checkpoint_with_a_rollout_that_is_complete_is_refused():
     agent = new_pqn()
-    with pytest.raises(ValueError, match="agent.filled = 8: more than a rollout's steps"):
+    with pytest.raises(ValueError, match=r"agent\.filled = 8: must be less than 8 steps"):
         agent.restore(agent.tensors(), {**agent.facts(), "filled": 8})
 
 
