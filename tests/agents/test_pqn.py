@@ -145,6 +145,12 @@ def test_an_agent_restored_in_mid_rollout_goes_on_as_if_nothing_had_been(steps: 
     assert agent.facts() == resumed.facts()
 
 
+def test_a_checkpoint_with_a_rollout_that_is_complete_is_refused():
+    agent = new_pqn()
+    with pytest.raises(ValueError, match=r"agent\.filled = 8: must be less than 8 steps"):
+        agent.restore(agent.tensors(), {**agent.facts(), "filled": 8})
+
+
 def test_one_seed_repeats_and_another_differs(chain):
     one, same, other = (taught(new_pqn(seed), 40, chain) for seed in (3, 3, 4))
     assert_array_equal(online(one), online(same))

@@ -145,7 +145,8 @@ class PQNAgent:
         self.learner.restore(tensors["learner"])
         for name, part in self._rollout.items():
             part[:] = tensors["rollout"][name]
-        if facts["filled"] >= self._config.rollout.rollout_steps:
-            raise ValueError(f"agent.filled = {facts['filled']}: more than a rollout's steps")
+        steps = self._config.rollout.rollout_steps
+        if facts["filled"] >= steps:  # a complete rollout would have been learned from
+            raise ValueError(f"agent.filled = {facts['filled']}: must be less than {steps} steps")
         self._actor.restore(tensors["acting"], facts)
         self._num_filled = int(facts["filled"])
