@@ -86,7 +86,7 @@ def parse(argv: Sequence[str]) -> Verb:
         if error.code in (0, None):
             raise
         words = _verb_in(argv)
-        flags = {**{flag: flag for flag in _flags_of(words)}, **FORMER_FLAGS.get(words, {})}
+        flags = {flag: flag for flag in _flags_of(words)} | dict(FORMER_FLAGS.get(words, {}))
         raise UserError(
             messages.one_line_of(complaint.getvalue(), " ".join(words), flags)
         ) from None
