@@ -391,6 +391,13 @@ def test_numpy_numbers_and_lists_are_the_same_settings_as_pythons(make, tmp_path
     assert from_toml(tmp_path / "c.toml") == plain
 
 
+def test_a_zero_has_no_sign():
+    plain = Config(learning=LearningConfig(reward_scale=2, learning_rate_end=0.0))
+    signed = Config(learning=LearningConfig(reward_scale=2, learning_rate_end=-0.0))
+    assert str(signed.learning.learning_rate_end) == "0.0"
+    assert signed.digest == plain.digest
+
+
 def test_constructors_refuse_other_types_and_choices():
     for make, said in [
         (lambda: LearningConfig(optimizer="nope"), "optimizer = 'nope': must be one of adam"),

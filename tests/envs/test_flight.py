@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from PIL import Image
 from safetensors.numpy import save
 
+from single_changes import is_refused_in_a_line, single_changes
 from touchdown.core.errors import UserError
 from touchdown.envs.flight import Flight, load_flights, record_flight, save_flights
 from touchdown.evaluation.evaluator import Evaluator
@@ -226,6 +227,17 @@ def test_file_that_holds_something_else_is_refused(tmp_path, metadata, reason):
     flights_file(path, metadata)
     with pytest.raises(UserError, match=reason):
         load_flights(path)
+
+
+def test_one_wrong_value_in_the_facts_is_told_in_one_line(tmp_path):
+    path = tmp_path / "flights.safetensors"
+    refused = 0
+    for other in single_changes([FACTS]):
+        flights_file(path, {"format_version": "1", "flights": json.dumps(other)})
+        refused += is_refused_in_a_line(
+            lambda: load_flights(path), f"{path}: not recorded flights: "
+        )
+    assert refused > 50
 
 
 @pytest.mark.parametrize(

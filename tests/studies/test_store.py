@@ -2,6 +2,7 @@ import json
 
 import pytest
 
+from single_changes import is_refused_in_a_line, single_changes
 from touchdown.core.errors import UserError
 from touchdown.studies import store as stores
 from touchdown.studies.store import StartedStudy, open_store
@@ -44,3 +45,21 @@ def test_how_a_study_was_last_run_is_remembered(tmp_path):
     stores.note_started(store, StartedStudy("ladder", "quick", 3, None))
     stores.note_started(store, begun)
     assert stores.list_started(store) == [begun]
+
+
+def test_one_wrong_value_in_what_is_remembered_is_told_in_one_line(tmp_path):
+    store = open_store(tmp_path, make=True)
+    store.note_failure("abc", "it diverged")
+    stores.note_started(store, StartedStudy("ladder", "full", 7, None))
+    for name in ("studies.json", "failed/abc.json", "begun/ladder.json"):
+        path = tmp_path / name
+        record = json.loads(path.read_text())
+        refused = 0
+        for other in single_changes(record):
+            path.write_text(json.dumps(other))
+            refused += is_refused_in_a_line(
+                lambda: (open_store(tmp_path), store.failed(), stores.list_started(store)),
+                str(path),
+            )
+        assert refused > 10
+        path.write_text(json.dumps(record))

@@ -72,7 +72,8 @@ def _plain(value: Any) -> Any:
     if numpy is not None and isinstance(value, numpy.generic):
         return _plain(value.item())
     if isinstance(value, list | tuple):
-        return tuple(_plain(entry) for entry in cast(list[Any], value))
+        entries = [_plain(entry) for entry in cast(list[Any], value)]
+        return entries if isinstance(value, list) else tuple(entries)
     return value + 0.0 if type(value) is float else value
 
 
