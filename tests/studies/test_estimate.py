@@ -79,7 +79,9 @@ def test_records_alone_are_counted_and_nothing_is_trained_for_them(store):
     write_run(store.runs / job().digest, recorded=False)
     found = estimate([job()], [], store, 2, baselines=[BaselineJob("pid")])
     assert found == Estimate(0, 0, observations=0, seconds=0, measured=0, unrecorded=2)
-    assert str(found).startswith("recorded flights of 2 are missing: about 1 min here")
+    assert str(found).startswith(
+        "the flights of 2 baselines or finished runs are missing: about 1 min here"
+    )
 
 
 def test_a_long_study_is_told_in_hours():

@@ -73,7 +73,7 @@ class Estimate:
         long = f"{hours} h {minutes} min" if hours else f"{minutes} min"
         runs = f"{self.missing} runs of {self.observations / 1e6:,.1f} million observations"
         tunings = f"{self.tunings} tunings of the PID"
-        flights = f"recorded flights of {self.unrecorded}"
+        flights = f"the flights of {self.unrecorded} baselines or finished runs"
         what = [runs] * (self.missing > 0) + [tunings] * (self.tunings > 0)
         what += [flights] * (self.unrecorded > 0)
         return (
