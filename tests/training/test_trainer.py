@@ -536,7 +536,7 @@ def test_the_table_of_a_run_is_flown_from_its_file(tmp_path):
         (
             {"q": np.zeros((16, 4))},
             {"table": '{"bins": [4], "bins_low": [0], "bins_high": [1]}'},
-            r"'FrozenLake-v1': bins = \(4,\): must stay \(\) in a world of 16 states",
+            r"'FrozenLake-v1': bins = \(4,\): must be \(\) for an environment of 16",
         ),
         (
             {"q": np.zeros((16, 4))},
