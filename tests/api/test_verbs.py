@@ -151,7 +151,7 @@ def test_a_broken_run_is_listed_beside_the_whole_ones(tmp_path):
     whole, half = list_facts(tmp_path)
     assert (whole["name"], whole["status"]) == ("whole", "finished")
     assert (half["name"], half["status"]) == ("half", "broken")
-    assert "line 1 has no observations" in half["error"]
+    assert "line 1: episode: missing" in half["error"]
     console = Console(record=True, width=120, file=io.StringIO())
     console.print(tables.runs_table([whole, half]))
     text = console.export_text()

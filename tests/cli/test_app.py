@@ -322,7 +322,7 @@ def test_a_name_taken_or_a_finished_run_loses_nothing(finished, capsys):
         ("evaluation.json", '{"format_version": 7}', "show", "format_version = 7"),
         ("checkpoints/best.safetensors", "half", "evaluate", "not a whole safetensors file"),
         ("episodes.jsonl", "broken\n{}\n", "show", "line 1 is not a JSON object"),
-        ("episodes.jsonl", "{}\n{}\n", "show", "line 1 has no observations"),
+        ("episodes.jsonl", "{}\n{}\n", "show", "line 1: episode: missing"),
     ],
 )
 def test_half_written_run_files_are_named(finished, tmp_path, file, content, verb, said, capsys):

@@ -52,8 +52,8 @@ _PILOT = _with(
         "candidate_checkpoints": 8,
     },
 )
-# The field's parts are shown on many worlds side by side, with an update every fourth observation,
-# which takes a third of `pilot`'s time.
+# The field's parts are shown with 16 environments and an update every fourth observation, which
+# takes a third of `pilot`'s time.
 _VECTOR = _with(
     _PILOT,
     learning={"update_period": 4, "learning_rate_duration": 45_000},
@@ -182,7 +182,7 @@ _NAMED: dict[str, tuple[str, Config]] = {
         _with(_TABLE, learning={"target": "expected-sarsa"}),
     ),
     "value-iteration": (
-        "section 1, Eq. 1: Q* from the world's own model, a sweep a step (Bellman, 1957)",
+        "section 1, Eq. 1: Q* from the environment's own model, a sweep a step (Bellman, 1957)",
         _with(
             _TABLE,
             algorithm="value-iteration",
@@ -219,7 +219,7 @@ _NAMED: dict[str, tuple[str, Config]] = {
         ),
     ),
     "vector-dqn": (
-        "section 9 in 16 worlds side by side, an update every fourth observation",
+        "section 9 in 16 environments, an update every fourth observation",
         _VECTOR,
     ),
     "deep-sarsa": (
@@ -276,11 +276,11 @@ _NAMED: dict[str, tuple[str, Config]] = {
         _RAINBOW_LITE,
     ),
     "pqn": (
-        "no memory and no target network: λ-returns of many worlds (Gallici et al., 2025)",
+        "no memory and no target network: λ-returns of many environments (Gallici et al., 2025)",
         _PQN,
     ),
     "swift": (
-        "`pqn` fused, in 64 worlds, until it is verified to land (Gallici et al., 2025)",
+        "`pqn` fused, in 64 environments, until it is verified to land (Gallici et al., 2025)",
         _SWIFT,
     ),
     "ace": (

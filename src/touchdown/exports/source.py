@@ -18,20 +18,20 @@ from touchdown.runs.run import Run
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """A policy with all that its card tells."""
+    """A policy with all that its card says."""
 
     name: str
     weights: Path
-    """Of `pilots.save_weights`."""
+    """A file of `save_weights`."""
     config: Config
     made: Provenance
     """Versions and commit that it was trained with, as far as they are known."""
     evaluate: Callable[[], Evaluation | None]
-    """Its test flights; None where it had none."""
+    """Its test episodes; None where it had none."""
 
 
 def of_run(run: Run) -> Source:
-    """A run's best policy, with the test flights that the run made.
+    """A run's best policy, with the run's test episodes.
 
     Raises:
         UserError: the run has no weights yet, or broken files.
@@ -42,7 +42,7 @@ def of_run(run: Run) -> Source:
 
 
 def of_shipped(weights: Path) -> Source:
-    """A policy that comes with touchdown: its preset's, and flown from the test starts here.
+    """A policy that comes with touchdown, evaluated here from its preset's test starts.
 
     Raises:
         UserError: the file is broken.

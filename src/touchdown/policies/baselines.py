@@ -32,9 +32,10 @@ class HeuristicPolicy:
 
 
 class RandomPolicy:
-    """Actions as by chance, each a hash of what is observed.
+    """Actions that look random: each is a hash of the observation.
 
-    So a start is always flown alike, whoever flies beside: a generator would be shared.
+    An episode is then the same whatever other episodes run at the same time, which share any
+    generator.
 
     Args:
         num_actions: to choose from.

@@ -44,7 +44,7 @@ def save_weights(
     facts: WeightsFacts,
     config: Config,
 ) -> None:
-    """Write a policy as one safetensors file that needs nothing else to be flown again.
+    """Write a policy as one safetensors file that needs nothing else to act again.
 
     Args:
         path: of the file.
@@ -73,11 +73,11 @@ class Weights(NamedTuple):
     """Flat, [P]."""
     env_id: str
     spaces: Spaces
-    """Of that world."""
+    """Of that environment."""
 
     @property
     def policy(self) -> ValuePolicy:
-        """Flies them."""
+        """Acts by them."""
         return self.model.policy(self.params)
 
 

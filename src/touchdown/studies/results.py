@@ -1,4 +1,4 @@
-"""What the runs of a study came to, read from their folders, never from a live agent."""
+"""The results of a study's runs, read from their folders, never from a live agent."""
 
 import math
 from collections.abc import Sequence
@@ -54,7 +54,8 @@ class RunResult:
     observations: int
     seconds: float
     observations_to_solved: float
-    """At which observation a validation first reached the world's threshold; ∞ if none did."""
+    """Observations at the first validation that reached the environment's threshold; ∞ if none
+    did."""
     seconds_to_solved: float
     validations: tuple[tuple[float, ...], tuple[float, ...]]
     """Observations, and mean returns."""
@@ -203,7 +204,7 @@ def _hovering(
 
 @dataclass(frozen=True, slots=True)
 class PidResult:
-    """One tuning of the PID, and its test flights."""
+    """One tuning of the PID, and its test episodes."""
 
     job: PidJob
     trained_return: float

@@ -133,7 +133,7 @@ class _BegunFile(Struct, frozen=True):
 
 @dataclass(frozen=True, slots=True)
 class Begun:
-    """A study as it was last run: what `status` and `report` take where they are told nothing."""
+    """A study as it was last run: the defaults of `status` and `report`."""
 
     name: str
     scale: str
