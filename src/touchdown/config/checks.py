@@ -1,12 +1,13 @@
 """Checks of a section's fields, where a config is made."""
 
+import contextlib
 import dataclasses
 import math
 import re
 import sys
 import typing
 from functools import cache
-from typing import Any, cast
+from typing import Annotated, Any, cast
 
 import msgspec
 
@@ -63,7 +64,15 @@ def _settled(given: Any, kind: Any, name: str) -> Any:
     # TOML and Python have infinite numbers and NaN, which no type excludes
     if _is_finite(settled):
         return settled
-    raise ValueError(complaint(value, kind, name))
+    with contextlib.suppress(msgspec.ValidationError):
+        # a number that is only out of bounds is shown as the field would have it, 2 as 2.0
+        value = msgspec.convert(value, _without_bounds(kind))
+    said = complaint(value, kind, name)
+    raise ValueError(said or f"{name} = {value!r}: must be a plain value of Python")
+
+
+def _without_bounds(kind: Any) -> Any:
+    return typing.get_args(kind)[0] if typing.get_origin(kind) is Annotated else kind
 
 
 def _plain(value: Any) -> Any:

@@ -32,10 +32,11 @@ class Config:
     seed: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
     """Training seed: weights, exploration, replay and training starts follow from it."""
     env_id: str = "LunarLander-v3"
-    """Gymnasium id of a world with a flat Box or Discrete observation and Discrete actions."""
+    """Gymnasium id of an environment whose observations are a flat Box or Discrete, and whose
+    actions are Discrete."""
     algorithm: Algorithm = "dqn"
     """What learns: a network with a memory, one without (PQN), a table, or a plan made from the
-    world's own model."""
+    environment's own model."""
     network: NetworkConfig = field(default_factory=NetworkConfig)
     replay: ReplayConfig = field(default_factory=ReplayConfig)
     exploration: ExplorationConfig = field(default_factory=ExplorationConfig)

@@ -52,8 +52,8 @@ _PILOT = _with(
         "candidate_checkpoints": 8,
     },
 )
-# The field's parts are shown on many worlds side by side, with an update every fourth observation,
-# which takes a third of `pilot`'s time.
+# The field's parts are shown with 16 environments and an update every fourth observation, which
+# takes a third of `pilot`'s time.
 _VECTOR = _with(
     _PILOT,
     learning={"update_period": 4, "learning_rate_duration": 45_000},

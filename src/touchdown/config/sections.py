@@ -149,18 +149,18 @@ class LearningConfig:
     batch_size: Transitions = 64
     """Transitions in a minibatch."""
     loss: Literal["mse", "huber"] = "mse"
-    """Loss of the TD error: its square, or Huber's with the knee at 1 scaled reward unit. Of no
-    account beside atoms, whose loss is the cross entropy."""
+    """Loss of the TD error: its square, or Huber's with the knee at 1 scaled reward unit. With
+    atoms it is not used: their loss is the cross entropy."""
     reward_scale: Positive = 1.0
     """Factor on rewards inside the update (recorded returns keep their units)."""
     max_grad_norm: Annotated[float, Meta(ge=0, description="0 (never) or more")] = 0.0
-    """Gradients longer than this are shortened to it; 0 never clips."""
+    """Gradient clipping: the largest norm that a gradient may have; 0 never clips."""
     target: Literal["q-learning", "sarsa", "expected-sarsa"] = "q-learning"
     """What the TD target takes of the next action values: the greatest, the one of the action that
     came next (appendix A), or their mean over the ε-greedy policy."""
     update_period: Annotated[int, Meta(ge=1, description="at least 1 observation")] = 1
-    """Observations between updates (Algorithm 2: 1); with 32 worlds side by side, 16 makes two
-    updates a step of them all."""
+    """Observations between updates (Algorithm 2: 1); with 32 environments, 16 makes two updates
+    each time that all of them have taken a step."""
     gradient_steps: Annotated[
         int, Meta(ge=1, le=MOST_N_STEP, description=f"1 to {MOST_N_STEP} updates")
     ] = 1
@@ -168,8 +168,9 @@ class LearningConfig:
     target_period: Steps = 0
     """n: observations between copies to the target network; 0 makes no copies (section 6)."""
     polyak: Annotated[float, Meta(ge=0, le=1, description="from 0 (never) to 1")] = 0.0
-    """Share of the weights that the target network takes over after each update (Lillicrap et al.,
-    2016); 0 never. A target network is copied or follows, not both; with neither there is none."""
+    """Soft update: the share of the online weights that the target network takes over after each
+    update (Lillicrap et al., 2016); 0 never. Copies and soft updates exclude each other; with
+    neither there is no target network."""
     double: bool = False
     """The online network selects the next action, the target network evaluates it (van Hasselt et
     al., 2016)."""
@@ -205,12 +206,12 @@ class TableConfig:
     """A table of action values (Algorithm 1), and how a Box of observations is cut into states."""
 
     bins: tuple[int, ...] = ()
-    """Equal parts of each dimension of a Box; a Discrete world has its states already."""
+    """Equal parts of each dimension of a Box; a Discrete environment has its states already."""
     bins_low: tuple[float, ...] = ()
     """Where the parts of each dimension begin; what is below belongs to the first. () takes the
-    world's own bounds."""
+    environment's own bounds."""
     bins_high: tuple[float, ...] = ()
-    """Where they end; what is above belongs to the last. () takes the world's own bounds."""
+    """Where they end; what is above belongs to the last. () takes the environment's own bounds."""
     initial_value: float = 0.0
     """Every action's value at the start; a high one makes the agent try everything."""
 
@@ -237,14 +238,14 @@ class TableConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RolloutConfig:
-    """Learning without a memory from what many worlds gave just now (PQN; Gallici et al., 2025)."""
+    """Learning without a memory, from the latest steps of many environments (PQN)."""
 
     rollout_steps: NumEnvs = 32
-    """Steps of every world between two rounds of learning."""
+    """Steps of every environment between two rounds of learning."""
     epochs: NumEnvs = 2
-    """Times that a round goes through all of them."""
+    """Passes over those steps in a round."""
     minibatches: NumEnvs = 4
-    """Parts of each time, an update each."""
+    """Minibatches of a pass, an update each."""
     trace_decay: Share = 0.65
     """λ of the returns: 0 looks one step ahead, 1 to the end of the rollout."""
 
@@ -257,24 +258,25 @@ class TrainingConfig:
     """How long to train, how a checkpoint is chosen, and what is written down on the way."""
 
     num_envs: NumEnvs = 1
-    """Worlds that the agent acts in side by side."""
+    """Environments that the agent acts in at the same time."""
     episodes: AtLeastOne = 500
     """Training ends after this many episodes."""
     max_env_steps: Annotated[int, Meta(ge=0)] = 0
     """Training also ends with the episode that reaches this many observations; 0 is no limit."""
     validation_period: AtLeastOne = 10_000
-    """Observations between greedy flights on validation starts."""
+    """Observations between validations: greedy episodes from validation starts."""
     validation_episodes: AtLeastOne = 20
-    """Validation starts flown each time."""
+    """Validation starts of each validation."""
     candidate_checkpoints: AtLeastOne = 5
-    """Best checkpoints that fly again at the end, on fresh validation starts, for the choice."""
+    """Best checkpoints that are evaluated again at the end, from fresh validation starts, for the
+    choice."""
     final_validation_episodes: AtLeastOne = 100
-    """Validation starts that each finalist flies."""
+    """Fresh validation starts of each candidate checkpoint."""
     test_episodes: Annotated[int, Meta(ge=0)] = 100
-    """Test starts that the chosen checkpoint flies at the very end; 0 skips the test."""
+    """Test starts of the chosen checkpoint, at the very end; 0 skips the test."""
     stop_when_solved: bool = False
     """Training also ends as soon as final_validation_episodes fresh validation starts leave no
-    doubt that the policy reaches the world's reward threshold on test_episodes others."""
+    doubt that the policy reaches the environment's reward threshold on test_episodes others."""
     checkpoint_seconds: NonNegative = 10.0
     """Seconds between checkpoints, taken where an episode ends; 0 takes one after each episode."""
     metrics_period: AtLeastOne = 1_000
@@ -282,10 +284,10 @@ class TrainingConfig:
 
     def __post_init__(self) -> None:
         settle(self)
-        flown = self.validation_episodes + self.final_validation_episodes
-        if flown > len(VALIDATION_STARTS):
+        starts = self.validation_episodes + self.final_validation_episodes
+        if starts > len(VALIDATION_STARTS):
             raise ValueError(
-                f"validation_episodes + final_validation_episodes = {flown}: "
+                f"validation_episodes + final_validation_episodes = {starts}: "
                 f"must be at most {len(VALIDATION_STARTS)}, as there are no more starts"
             )
         test_ok = self.test_episodes <= len(TEST_STARTS)

@@ -1,4 +1,4 @@
-"""An evaluation: a policy's flights from a set of starts, in numbers, to and from JSON."""
+"""An evaluation: a policy's episodes from a set of starts, in numbers, to and from JSON."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -66,12 +66,12 @@ def evaluate_policy(
     on_episode: Callable[[], object] = lambda: None,
     observer: Observer = lambda _places, _observations: None,
 ) -> Evaluation:
-    """Fly a policy greedily, one episode from each start.
+    """Let a policy act greedily, one episode from each start.
 
     Args:
-        policy: to be judged.
+        policy: to be evaluated.
         starts: environment seeds.
-        evaluator: environments of the policy's world, if some are at hand.
+        evaluator: ready for the policy's environment; a new one is made if None.
         on_episode: called after each episode.
         observer: sees each observation on the way; see `Evaluator.rollout`.
     """
@@ -126,5 +126,5 @@ def median_start(evaluation: Evaluation) -> int:
 
 
 def is_lander(evaluation: Evaluation) -> bool:
-    """Whether the flights were the lander's."""
+    """Whether the episodes were the lander's."""
     return rules.is_lander(evaluation.env_id)

@@ -49,12 +49,12 @@ class RunFolder:
 
     @property
     def validations(self) -> Path:
-        """One line a flight on the validation starts."""
+        """One line a validation."""
         return self.path / "validations.jsonl"
 
     @property
     def checkpoints(self) -> Path:
-        """Where training goes on from, and the best weights."""
+        """The state that training resumes from, and the best weights."""
         return self.path / "checkpoints"
 
     @property
@@ -64,7 +64,7 @@ class RunFolder:
 
     @property
     def evaluation(self) -> Path:
-        """The test flights of a finished run."""
+        """The test episodes of a finished run."""
         return self.path / "evaluation.json"
 
     @property

@@ -53,7 +53,7 @@ class Run:
 
     @property
     def evaluation(self) -> Evaluation | None:
-        """The policy's test flights; None while the run is not finished."""
+        """The policy's test episodes; None while the run is not finished."""
         return next(iter(evaluations_of(self)), None)
 
     @property
@@ -93,7 +93,7 @@ def best_weights(folder: RunFolder) -> Path:
 
 
 def evaluations_of(run: Run) -> list[Evaluation]:
-    """The test flights of a run and of the baselines; none while it is not finished.
+    """The test episodes of a run and of the baselines; none while it is not finished.
 
     Raises:
         UserError: `evaluation.json` is broken.
@@ -170,7 +170,7 @@ def list_runs(runs_dir: Path | str = DEFAULT_RUNS) -> list[Run]:
 
 
 def list_facts(runs_dir: Path | str = DEFAULT_RUNS) -> list[dict[str, Any]]:
-    """`run_facts` of every run, oldest first; of a broken one its name, and what is the matter.
+    """`run_facts` of every run, oldest first; of a broken one its name and what is wrong.
 
     Raises:
         UserError: there is no such folder.

@@ -230,7 +230,7 @@ def _hovering(
 
 @dataclass(frozen=True, slots=True)
 class PidResult:
-    """One tuning of the PID, and its test flights."""
+    """One tuning of the PID, and its test episodes."""
 
     job: PidJob
     trained_return: float

@@ -36,19 +36,19 @@ class Candidate:
 
 @dataclass(slots=True)
 class Progress:
-    """Where a run stands, beside what the agent knows."""
+    """How far a run has come, but for what the agent has learnt."""
 
     episodes: int = 0
     next_validation: int = 0
     seconds: float = 0.0
     trained: bool = False
-    """The budget is spent; what is left is the choice."""
+    """Training is over; only the choice among the candidates is left."""
     finished: bool = False
     solved: Solved | None = None
-    """How it was found that nothing is left to learn, where training stops then."""
+    """The proof that the environment is solved, where training stopped for it."""
     underway: list[Episode] = field(default_factory=list[Episode])
-    """As restored: in each world what it was in the midst of. The world is deterministic, and comes
-    to the same place by the same actions."""
+    """As restored: the unfinished episode of each environment. An environment is deterministic, so
+    that the same actions lead to the same state again."""
     candidates: list[Candidate] = field(default_factory=list[Candidate])
     record_sizes: dict[str, int] = field(default_factory=dict[str, int])
 
@@ -110,7 +110,7 @@ def save_checkpoint(
 
 
 def newest_checkpoint(folder: Path) -> Path | None:
-    """The checkpoint that a run goes on from, or None where there is none."""
+    """The checkpoint from which a run resumes, or None where there is none."""
     return max(_checkpoints(folder), default=None)
 
 

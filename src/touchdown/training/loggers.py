@@ -1,4 +1,4 @@
-"""What a run writes down as it goes: JSON Lines, and the same for TensorBoard."""
+"""What a run logs while it trains: JSON Lines, and the same numbers for TensorBoard."""
 
 import time
 from collections.abc import Mapping
@@ -21,8 +21,8 @@ class Recorder:
 
     Args:
         folder: of the run.
-        sizes: bytes that each record had at the checkpoint gone on from; what came after is cut
-            off, since training will write it again. Empty for a new run.
+        sizes: bytes that each record had at the checkpoint that the run resumes from. What follows
+            them is cut off, since training will write it again. Empty for a new run.
     """
 
     def __init__(self, folder: RunFolder, sizes: Mapping[str, int]) -> None:
@@ -34,7 +34,7 @@ class Recorder:
             file.truncate(sizes.get(path.name, 0))
             file.seek(0, 2)
             self._lines[path.name] = file
-        # the suffix keeps a run gone on with within the same second from writing over its own file
+        # the suffix keeps a run that resumes within a second from writing over its own file
         self._events_suffix = f".{events_kept}"
         self._events: EventsWriter | None = None  # made when there is something to write
 
