@@ -135,7 +135,7 @@ def test_a_terminal_without_utf_8_still_gets_its_table(tmp_path):
         ("gamma = 0.9\n", "unknown field 'gamma'; known: preset, seed, env_id, algorithm"),
         ("[learning]\ngama = 0.9\n", "[learning]: unknown field 'gama'; known: gamma"),
         ("[learning]\ngamma = 'x'\n", "[learning]: gamma = 'x': must be a number"),
-        ("[learning]\ngamma = 2\n", "[learning]: gamma = 2: must be from 0 to 1"),
+        ("[learning]\ngamma = 2\n", "[learning]: gamma = 2.0: must be from 0 to 1"),
         ("learning = 3\n", "learning = 3: must be a table [learning]"),
         ("[learning\n", "not TOML"),
         ("format_version = 9\n", "format_version = 9: this touchdown reads 1"),
