@@ -13,7 +13,8 @@ from safetensors.numpy import save
 
 from single_changes import is_refused_in_a_line, single_changes
 from touchdown.core.errors import UserError
-from touchdown.envs.flight import Flight, load_flights, record_flight, save_flights
+from touchdown.envs.flight import Flight, load_flights, save_flights
+from touchdown.envs.recorder import record_flight
 from touchdown.evaluation.evaluator import Evaluator
 from touchdown.lander import engine as engines
 from touchdown.policies.baselines import HeuristicPolicy

@@ -13,7 +13,8 @@ from touchdown.core import files
 from touchdown.core.errors import UserError
 from touchdown.core.types import Outcome
 from touchdown.envs import environment
-from touchdown.envs.flight import Flight, Terrain, record_flight
+from touchdown.envs.flight import Flight, Terrain
+from touchdown.envs.recorder import record_flight
 from touchdown.lander.rules import IDLE, LEFT_ENGINE, MAIN_ENGINE, RIGHT_ENGINE
 from touchdown.policies.baselines import HeuristicPolicy
 from touchdown.render import film as films

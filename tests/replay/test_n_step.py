@@ -67,7 +67,7 @@ def test_every_step_begins_one_transition_whose_return_is_the_sum_written_out(
 def test_one_step_is_the_transition_itself():
     o_tm1, o_t = observation(1), observation(2)
     [complete] = NStep(1, 0.9).push(o_tm1, 3, 5.0, o_t, terminated=False)
-    assert complete == Transition(o_tm1, 3, 5.0, 0.9, o_t, terminated=False)
+    assert complete == Transition(o_tm1, 3, 5.0, 0.9, terminated=False, a_t=0, o_t=o_t)
 
 
 def test_an_observation_that_its_owner_writes_over_while_it_waits_is_kept():

@@ -19,7 +19,7 @@ def observation(time: float) -> np.ndarray:
 def add(memory: Replay, time: int, reward: float = 0.0, *, terminated: bool = False) -> None:
     discount = 0.0 if terminated else 0.5
     before, after = observation(time), observation(time + 1)
-    memory.add(Transition(before, time % 4, reward, discount, after, terminated))
+    memory.add(Transition(before, time % 4, reward, discount, terminated, 0, after))
 
 
 def times(records: np.ndarray) -> list[int]:
@@ -62,7 +62,7 @@ def test_a_rewarded_transition_is_stored_once_and_tau_times_more(resaves: int):
 def test_a_transition_is_stored_field_by_field():
     memory = Replay(4, 2, resaves=1)
     before, after = np.array([1, 2], np.float32), np.array([6, 7], np.float32)
-    memory.add(Transition(before, 3, 4.5, 0.0, after, terminated=True))
+    memory.add(Transition(before, 3, 4.5, 0.0, terminated=True, a_t=0, o_t=after))
     assert len(memory) == 2
     for record in memory.ring.records:
         assert record["o_tm1"].tolist() == [1, 2]
@@ -75,7 +75,7 @@ def test_a_transition_is_stored_field_by_field():
 
 def test_memory_keeps_an_observation_that_its_owner_writes_over():
     memory, seen = Replay(4, 2), observation(3)
-    memory.add(Transition(seen, 0, 0.0, 0.5, seen, terminated=False))
+    memory.add(Transition(seen, 0, 0.0, 0.5, terminated=False, a_t=0, o_t=seen))
     seen[:] = 99
     assert memory.ring.records["o_tm1"].tolist() == memory.ring.records["o_t"].tolist() == [[3, -3]]
 
@@ -146,7 +146,10 @@ def test_shares_count_the_copies_that_are_held():
 
 def test_terminal_share_counts_terminations_and_not_zero_discounts():
     memory = Replay(8, 2)
-    memory.add(Transition(observation(0), 0, 0.0, 0.0, observation(1), terminated=False))  # γ = 0
+    discount_t = 0.0  # γ = 0
+    memory.add(
+        Transition(observation(0), 0, 0.0, discount_t, terminated=False, a_t=0, o_t=observation(1))
+    )
     assert memory.shares().terminal == 0.0
 
 

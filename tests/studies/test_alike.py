@@ -2,7 +2,7 @@ import numpy as np
 from numpy.testing import assert_allclose
 
 from finished_runs import record, write_run
-from touchdown.envs.flight import record_flight
+from touchdown.envs.recorder import record_flight
 from touchdown.evaluation.evaluator import Evaluator
 from touchdown.evaluation.paths import PathRecorder
 from touchdown.policies import lookup

@@ -5,12 +5,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from touchdown.agents.dqn import make_network
+from touchdown.agents.networks import make_network
 from touchdown.config.presets import preset
 from touchdown.config.sections import NetworkConfig
 from touchdown.core.errors import Interrupted
 from touchdown.core.types import Spaces
-from touchdown.envs.flight import load_flights, record_flight
+from touchdown.envs.flight import load_flights
+from touchdown.envs.recorder import record_flight
 from touchdown.evaluation.evaluation import median_start
 from touchdown.evaluation.evaluator import Evaluator
 from touchdown.evaluation.paths import load_paths

@@ -25,7 +25,7 @@ from touchdown.config.sections import (
 )
 from touchdown.core import files
 from touchdown.core.errors import Interrupted, UserError
-from touchdown.envs import flight as flights
+from touchdown.envs import recorder
 from touchdown.evaluation import evaluation as evaluations
 from touchdown.lander import engine as engines
 from touchdown.policies import weights as policy_weights
@@ -516,7 +516,7 @@ def test_the_table_of_a_run_is_flown_from_its_file(tmp_path):
     policy = policy_weights.load_weights(folder.best).policy
     seen = np.eye(16, dtype=np.float32)
     np.testing.assert_array_equal(policy.act(seen), q.argmax(axis=1))
-    assert flights.record_flight(policy, "FrozenLake-v1", 0, "table").steps > 0
+    assert recorder.record_flight(policy, "FrozenLake-v1", 0, "table").steps > 0
 
 
 @pytest.mark.parametrize(

@@ -19,8 +19,8 @@ class TransitionBatch(NamedTuple):
     a_tm1: Int[jax.Array, " B"]
     r_t: Float[jax.Array, " B"]
     discount_t: Float[jax.Array, " B"]
-    o_t: Float[jax.Array, "B D"]
     a_t: Int[jax.Array, " B"]
+    o_t: Float[jax.Array, "B D"]
 
 
 def unpack_transitions(packed: Float[jax.Array, "B W"], observation_size: int) -> TransitionBatch:
@@ -43,6 +43,6 @@ def unpack_transitions(packed: Float[jax.Array, "B W"], observation_size: int) -
         a_tm1=integers("a_tm1"),
         r_t=packed[:, at["r_t"]],
         discount_t=packed[:, at["discount_t"]],
-        o_t=vectors("o_t"),
         a_t=integers("a_t"),
+        o_t=vectors("o_t"),
     )

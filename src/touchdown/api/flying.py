@@ -8,7 +8,7 @@ from touchdown.api.policies import PolicyLike, find_policy
 from touchdown.core import progress
 from touchdown.core.errors import UserError
 from touchdown.core.seeding import TEST_STARTS, check_seed
-from touchdown.envs import flight as flights
+from touchdown.envs import recorder
 from touchdown.envs.flight import Flight
 from touchdown.evaluation import evaluation as evaluations
 from touchdown.evaluation.evaluation import Evaluation
@@ -76,7 +76,7 @@ def fly(
         return films.show_window(named.env_id, named.policy, seed, named.name)
     if out is not None:
         films.check_video_path(Path(out))
-    flight = flights.record_flight(named.policy, named.env_id, seed, named.name)
+    flight = recorder.record_flight(named.policy, named.env_id, seed, named.name)
     if out is not None:
         films.write_video(flight, Path(out))
     return flight

@@ -1,4 +1,4 @@
-"""The values that the parts hand each other."""
+"""The values that packages pass to each other."""
 
 from collections.abc import Mapping
 from typing import Any, Literal, NamedTuple, Protocol, runtime_checkable
@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Outcome = Literal["landed", "crashed", "out of bounds", "timed out", "terminated"]
-"""How an episode ended; `terminated` is for worlds that are not the lander's."""
+"""How an episode ended; `terminated` is for environments other than the lander."""
 
 FloatArray = NDArray[np.floating[Any]]
 IntArray = NDArray[np.integer[Any]]
@@ -17,7 +17,7 @@ Tensors = dict[str, NDArray[Any]]
 
 
 class Policy(Protocol):
-    """Whatever chooses actions: a trained network, a controller, chance."""
+    """Chooses actions: a trained network, a controller, a random policy."""
 
     def act(self, observations: FloatArray) -> IntArray:
         """An action for each observation: [N, D] to [N]."""
@@ -26,7 +26,7 @@ class Policy(Protocol):
 
 @runtime_checkable
 class ValuePolicy(Policy, Protocol):
-    """A policy that knows what its actions are worth."""
+    """A policy with action values."""
 
     def values(self, observations: FloatArray) -> FloatArray:
         """Q(s,·) of each observation: [N, D] to [N, A]."""
@@ -34,34 +34,34 @@ class ValuePolicy(Policy, Protocol):
 
 
 class Spaces(NamedTuple):
-    """What an agent is told of a world."""
+    """What an agent needs to know of an environment."""
 
     observation_size: int
     """D"""
     num_actions: int
     """A"""
     num_states: int | None = None
-    """Of a Discrete world, whose observations are one-hot, D of them; None of a Box."""
+    """Number of states if observations are Discrete (one-hot, so equal to D); None for a Box."""
     low: tuple[float, ...] = ()
-    """The least and the greatest of each dimension of a Box, [D]; infinite where there is none."""
+    """Lower and upper bound of each dimension, [D]; infinite where there is none."""
     high: tuple[float, ...] = ()
     transitions: Mapping[int, Mapping[int, Any]] | None = None
-    """What may follow a state and an action, as Gymnasium's toy worlds have it; None of others."""
+    """The transition model, as Gymnasium's toy text has it; None if it is not known."""
 
 
 class StepResult(NamedTuple):
-    """What came of one step of N worlds side by side."""
+    """One step of N environments."""
 
     observations: FloatArray
-    """[N, D]: where an episode ended, its last."""
+    """[N, D]: the last of the episode where one ended, before any reset."""
     rewards: FloatArray
     """[N]"""
     terminated: NDArray[np.bool_]
-    """[N]: the world ended."""
+    """[N]: the episode reached a terminal state."""
     truncated: NDArray[np.bool_]
     """[N]: the time limit was reached."""
 
     @property
     def ended(self) -> NDArray[np.bool_]:
-        """[N]: the episode is over, one way or the other."""
+        """[N]: terminated or truncated."""
         return self.terminated | self.truncated

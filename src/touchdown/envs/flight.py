@@ -1,28 +1,21 @@
-"""One recorded episode: what was seen and done, how it ended, and what a picture of it needs."""
+"""One recorded episode, and flights as one safetensors file."""
 
-import io
 import json
-import os
-from collections.abc import Generator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple, cast
+from typing import Annotated, NamedTuple
 
 import msgspec
 import numpy as np
 from msgspec import Meta, Struct
 from numpy.typing import NDArray
-from PIL import Image
 from safetensors.numpy import save
 
 from touchdown.core import files, records
 from touchdown.core.errors import UserError, one_line
 from touchdown.core.records import Count
-from touchdown.core.types import Outcome, Policy, Tensors
-from touchdown.envs import environment, outcome
-from touchdown.envs.environment import MadeEnv
-from touchdown.lander import engine as engines
+from touchdown.core.types import Outcome, Tensors
 from touchdown.lander import rules
 
 FORMAT_VERSION = 1
@@ -53,13 +46,13 @@ class Flight:
     """One episode of T steps."""
 
     env_id: str
-    """Gymnasium's id of the world."""
+    """Gymnasium's id of the environment."""
     policy: str
     """The policy's name."""
     seed: int
     """Environment seed: the start."""
     observations: NDArray[np.float32]
-    """[T + 1, D], from the reset's to the last step's."""
+    """[T + 1, D], from the reset to the last step."""
     actions: NDArray[np.int64]
     """[T]."""
     rewards: NDArray[np.float64]
@@ -67,13 +60,13 @@ class Flight:
     outcome: Outcome
     """How it ended."""
     steps_per_second: int
-    """Steps in a second of the world's own clock."""
+    """Steps per second of simulated time."""
     bodies: NDArray[np.float32] | None = None
-    """[T + 1, 3, 3]: hull, leg, leg, each x, y (metres) and angle (radians); the lander's alone."""
+    """[T + 1, 3, 3]: hull, leg, leg, each x, y (metres) and angle (radians); only the lander."""
     terrain: Terrain | None = None
-    """The ground; the lander's alone."""
+    """The ground; only the lander."""
     frames: tuple[bytes, ...] | None = None
-    """T + 1 PNG files that the world drew itself; None for the lander, drawn from `bodies`."""
+    """T + 1 PNG files drawn by the environment; None for the lander, drawn from `bodies`."""
 
     @property
     def steps(self) -> int:
@@ -93,64 +86,8 @@ class Flight:
 
     @property
     def fuel(self) -> float:
-        """Return points spent on engines; 0 in worlds that are not the lander's."""
+        """Return points spent on engines; 0 in environments other than the lander."""
         return rules.fuel_of(self.actions) if rules.is_lander(self.env_id) else 0.0
-
-
-def record_flight(policy: Policy, env_id: str, seed: int, name: str) -> Flight:
-    """One episode; of the lander, on the engine in use.
-
-    Args:
-        policy: chooses the actions.
-        env_id: Gymnasium's id.
-        seed: environment seed of the start.
-        name: what to call the policy.
-
-    Raises:
-        UserError: there is no such environment, or it cannot be made.
-    """
-    with _sdl_without_display():
-        if rules.is_lander(env_id):
-            world = environment.make_env(env_id, engine=engines.engine_in_use())
-        else:
-            world = environment.make_env(env_id, render_mode="rgb_array")
-        try:
-            return fly(world, policy, env_id, seed, name)
-        finally:
-            world.env.close()
-
-
-def fly(world: MadeEnv, policy: Policy, env_id: str, seed: int, name: str) -> Flight:
-    """One episode in a world that is already made; see `record_flight`."""
-    env = world.env
-    drawn = env.render_mode == "rgb_array"
-    observation, _ = env.reset(seed=seed)
-    observations, bodies, frames = [observation], [_bodies(env)], [_frame(env, drawn)]
-    actions: list[int] = []
-    rewards: list[float] = []
-    terminated = truncated = False
-    while not (terminated or truncated):
-        action = int(policy.act(observation[None])[0])
-        observation, reward, terminated, truncated, _ = env.step(action)
-        actions.append(action)
-        rewards.append(float(reward))
-        observations.append(observation)
-        bodies.append(_bodies(env))
-        frames.append(_frame(env, drawn))
-    lands = rules.is_lander(env_id)
-    return Flight(
-        env_id=env_id,
-        policy=name,
-        seed=seed,
-        observations=np.array(observations, np.float32),
-        actions=np.array(actions, np.int64),
-        rewards=np.array(rewards, np.float64),
-        outcome=outcome.outcome_of(env_id, observation, rewards[-1], terminated=bool(terminated)),
-        steps_per_second=int(env.metadata.get("render_fps") or 50),
-        bodies=np.array(bodies, np.float32) if lands else None,
-        terrain=_terrain(env) if lands else None,
-        frames=tuple(frames) if drawn else None,
-    )
 
 
 def save_flights(path: Path, flights: Sequence[Flight]) -> None:
@@ -198,53 +135,6 @@ def load_flights(path: Path) -> list[Flight]:
         return [_flight(facts, tensors, f"{index}.") for index, facts in enumerate(known)]
     except (KeyError, IndexError, TypeError, ValueError) as error:
         raise UserError(f"{where}: {one_line(error)}") from None
-
-
-@contextmanager
-def _sdl_without_display() -> Generator[None]:
-    """Let worlds that draw with SDL draw where there is no display, without looking for one."""
-    before = os.environ.get("SDL_VIDEODRIVER")
-    os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
-    try:
-        yield
-    finally:
-        if before is None:
-            os.environ.pop("SDL_VIDEODRIVER", None)
-
-
-def _bodies(env: environment.Env) -> list[list[float]] | NDArray[np.float32]:
-    inside: Any = env.unwrapped
-    if hasattr(inside, "states"):  # ours
-        states = inside.states()
-        return np.concatenate((states.positions[0], states.angles[0][:, None]), axis=1)
-    if not hasattr(inside, "lander"):
-        return []
-    parts = (inside.lander, *inside.legs)
-    return [[body.position.x, body.position.y, body.angle] for body in parts]
-
-
-def _frame(env: environment.Env, drawn: bool) -> bytes:
-    if not drawn:
-        return b""
-    file = io.BytesIO()
-    Image.fromarray(cast(NDArray[np.uint8], env.render())).save(file, "PNG", compress_level=1)
-    return file.getvalue()
-
-
-def _terrain(env: environment.Env) -> Terrain:
-    inside: Any = env.unwrapped
-    if hasattr(inside, "terrain"):  # ours
-        return Terrain(*inside.terrain().T.copy(), *inside.helipad)
-    # each polygon of the sky stands on one edge of the ground, and begins with that edge
-    corners = [polygon[0] for polygon in inside.sky_polys] + [inside.sky_polys[-1][1]]
-    xs, heights = np.array(corners, np.float64).T
-    return Terrain(
-        xs.copy(),
-        heights.copy(),
-        float(inside.helipad_x1),
-        float(inside.helipad_x2),
-        float(inside.helipad_y),
-    )
 
 
 def _tensors(flight: Flight) -> Tensors:

@@ -21,7 +21,7 @@ def outcome_of(env_id: str, observation: FloatArray, reward: float, *, terminate
 
 
 def threshold_of(env_id: str) -> float | None:
-    """The return from which Gymnasium calls a world solved; None where it names none."""
+    """The return at which Gymnasium calls an environment solved; None where it names none."""
     spec = registry.get(env_id)
     threshold = spec.reward_threshold if spec else None
     return None if threshold is None else float(threshold)

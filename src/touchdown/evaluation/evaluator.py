@@ -1,4 +1,4 @@
-"""Flying a policy greedily from many starts."""
+"""Greedy rollouts of a policy from many starts."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -15,10 +15,11 @@ from touchdown.lander import engine as engines
 from touchdown.lander import rules
 
 Observer = Callable[[IntArray, FloatArray], object]
-"""Sees each observation of a rollout, from the reset's to the last step's: the places in `starts`
-of the episodes that have one, [K], and their observations, [K, D]."""
+"""Called with each observation of a rollout, from the reset to the last step: the positions in
+`starts` of the episodes that have one, [K], and their observations, [K, D]."""
 
-NUM_ENVS = 32  # environments flown side by side: enough to share the cost of a network's call
+NUM_ENVS = 32
+"""Environments in a pool: enough to share the cost of a network's call."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +31,7 @@ class EpisodeResult:
     steps: Count
     outcome: Outcome
     fuel: float
-    """Return points spent on engines; 0 in worlds that are not the lander's."""
+    """Return points spent on engines; 0 in environments other than the lander."""
 
     def to_json(self) -> dict[str, Any]:
         """As a JSON object."""
@@ -38,23 +39,23 @@ class EpisodeResult:
 
 
 class Evaluator:
-    """Worlds kept ready to fly many starts.
+    """A pool of environments for rollouts from given starts.
 
     Args:
         env_id: Gymnasium's id.
         num_envs: environments stepped together; no result depends on it.
-        engine: what flies the lander; results are the same to the last bit.
+        engine: simulates the lander; results are the same to the last bit.
     """
 
     def __init__(
         self, env_id: str, num_envs: int = NUM_ENVS, engine: engines.Engine = "gymnasium"
     ) -> None:
         self._env_id = env_id
-        self._count = num_envs
+        self._num_envs = num_envs
         self._pool = make_pool(env_id, num_envs, engine)
 
     def close(self) -> None:
-        """Give the worlds back."""
+        """Close the environments."""
         self._pool.close()
 
     def rollout(
@@ -67,7 +68,7 @@ class Evaluator:
         """One episode from each start, results in the order of the starts.
 
         Args:
-            policy: chooses the actions; it must not depend on who else flies beside.
+            policy: chooses the actions; each from its own observation alone.
             starts: environment seeds.
             on_episode: called after each episode.
             observer: called with the first observation of each episode, then after each step.
@@ -76,7 +77,7 @@ class Evaluator:
         waiting = iter(enumerate(starts))
         first = [
             Episode(index, self._pool.reset(index, seed))
-            for index, (index, seed) in zip(range(self._count), waiting, strict=False)
+            for index, (index, seed) in zip(range(self._num_envs), waiting, strict=False)
         ]
         if not first:
             return []
@@ -85,34 +86,34 @@ class Evaluator:
         flying = np.arange(len(first))
         while len(flying):
             actions = policy.act(underway.observations[flying])
-            steps = self._pool.step(flying, actions)
-            underway.add(flying, actions, steps)
-            observer(underway.numbers[flying], steps.observations)
-            over = np.flatnonzero(steps.ended).tolist()
-            rests = np.zeros(len(flying), bool)
+            result = self._pool.step(flying, actions)
+            underway.add(flying, actions, result)
+            observer(underway.numbers[flying], result.observations)
+            over = np.flatnonzero(result.ended).tolist()
+            done = np.zeros(len(flying), bool)
             for row in over:
                 index = int(flying[row])
                 episode = underway.episode(index)
-                results[episode.number] = self._result(episode, starts[episode.number], steps, row)
+                results[episode.number] = self._result(episode, starts[episode.number], result, row)
                 on_episode()
                 following = next(waiting, None)
                 if following is None:
-                    rests[row] = True
+                    done[row] = True
                 else:
                     observation = self._pool.reset(index, following[1])
                     underway.begin(index, following[0], observation)
                     observer(np.array([following[0]]), observation[None])
             if over:
-                flying = flying[~rests]
+                flying = flying[~done]
         return [results[index] for index in range(len(starts))]
 
-    def _result(self, episode: Episode, seed: int, steps: StepResult, row: int) -> EpisodeResult:
-        """Of an episode that has just ended, with the step of all that fly in which it did."""
+    def _result(self, episode: Episode, seed: int, last: StepResult, row: int) -> EpisodeResult:
+        """The result of an episode that ended in row `row` of the last step."""
         ended_as = outcome_of(
             self._env_id,
             episode.observation,
-            float(steps.rewards[row]),
-            terminated=bool(steps.terminated[row]),
+            float(last.rewards[row]),
+            terminated=bool(last.terminated[row]),
         )
         fuel = 0.0
         if rules.is_lander(self._env_id):

@@ -20,7 +20,8 @@ from touchdown.core import files
 from touchdown.core.errors import UserError
 from touchdown.core.types import Policy
 from touchdown.envs import environment
-from touchdown.envs.flight import Flight, fly
+from touchdown.envs.flight import Flight
+from touchdown.envs.recorder import fly
 from touchdown.render.scene import Scene
 
 HOLD_SECONDS = 1.2  # the last picture is held, so that the outcome can be read

@@ -82,4 +82,4 @@ class NStep:
             total = reward + self._gamma * total
         discount = 0.0 if terminated else self._gamma ** len(self._steps)
         o_tm1, a_tm1, _ = self._steps.popleft()
-        return Transition(o_tm1, a_tm1, total, discount, self._last, terminated, a_t)
+        return Transition(o_tm1, a_tm1, total, discount, terminated, a_t, self._last)

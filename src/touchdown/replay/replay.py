@@ -65,12 +65,10 @@ class Replay:
 
     def add(self, transition: Transition) -> None:
         """Store one transition, τ + 1 times if it is rewarded."""
-        o_tm1, a_tm1, r_t, discount_t, o_t, terminated, a_t = transition
-        record = (o_tm1, a_tm1, r_t, discount_t, terminated, a_t, o_t)
-        for _ in range(1 + self._resaves if r_t > self._threshold else 1):
+        for _ in range(1 + self._resaves if transition.r_t > self._threshold else 1):
             if self._priorities is not None:
                 self._priorities.add(self._ring.added % self._ring.capacity)
-            self._ring.append(record)
+            self._ring.append(transition)
 
     def sample(self, batch_size: int, rng: Generator) -> Sample:
         """Draw transitions with replacement: uniformly, or in proportion to their priorities.

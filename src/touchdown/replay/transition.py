@@ -16,11 +16,11 @@ class Transition(NamedTuple):
     r_t: float
     discount_t: float
     """γⁿ, or 0 where the episode terminated."""
+    terminated: bool
+    a_t: int
+    """The next action, if the TD target needs it; else 0."""
     o_t: FloatArray
     """[D]"""
-    terminated: bool
-    a_t: int = 0
-    """The next action, for a TD target that uses it."""
 
 
 def transition_dtype(observation_size: int) -> np.dtype[np.void]:

@@ -13,6 +13,7 @@ from touchdown.core import device, files
 from touchdown.core.errors import Interrupted
 from touchdown.core.seeding import TEST_STARTS
 from touchdown.envs import flight as flights
+from touchdown.envs import recorder
 from touchdown.evaluation import evaluation as evaluations
 from touchdown.evaluation.paths import NUM_PATHS, PathRecorder, save_paths
 from touchdown.lander import rules
@@ -142,7 +143,7 @@ class PidJob:
             evaluations.write_evaluations(folder.evaluation, [tested], WeightsFacts())
         policy = lookup.load(str(gains))
         start = evaluations.median_start(evaluations.read_evaluations(folder.evaluation)[0])
-        recorded = flights.record_flight(policy.policy, policy.env_id, start, policy.name)
+        recorded = recorder.record_flight(policy.policy, policy.env_id, start, policy.name)
         flights.save_flights(folder.flights, [recorded])
 
 

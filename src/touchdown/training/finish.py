@@ -8,7 +8,7 @@ import msgspec
 
 from touchdown.core import records
 from touchdown.core.seeding import TEST_STARTS
-from touchdown.envs import environment, outcome
+from touchdown.envs import environment, outcome, recorder
 from touchdown.envs import flight as flights
 from touchdown.envs.flight import Flight
 from touchdown.evaluation import evaluation as evaluations
@@ -127,12 +127,12 @@ def record_flights(run: Run, tested: Evaluation, num_beside: int = 0) -> Recorde
         flights.save_flights(run.folder.flights, [])
         return None
     start = evaluations.median_start(tested)
-    median = flights.record_flight(policy.policy, policy.env_id, start, policy.name)
+    median = recorder.record_flight(policy.policy, policy.env_id, start, policy.name)
     beside: dict[str, list[Flight]] = {}
     if num_beside and rules.is_lander(policy.env_id):
         for each in (policy, lookup.load("pid")):
             beside[each.name] = [
-                flights.record_flight(each.policy, each.env_id, start, each.name)
+                recorder.record_flight(each.policy, each.env_id, start, each.name)
                 for start in TEST_STARTS[:num_beside]
             ]
     recorded = [median, *(flight for group in beside.values() for flight in group)]

@@ -24,7 +24,7 @@ HAND_PICKED = PIDConfig(
     dead_band=0.05,
 )
 """Where Twiddle starts from: signs by physics, sizes by eye."""
-_NUM_ENVS = 256  # worlds side by side: a controller's arithmetic costs nothing beside the calls
+_NUM_ENVS = 256  # in a pool: a controller's arithmetic is cheap, the calls are not
 _FIRST_STEPS = (0.2, 0.2, 0.2, 0.2, 0.02)
 
 
