@@ -213,7 +213,7 @@ def test_the_updates_values_are_of_the_observation_that_is_acted_on_next(
 
 def flown(agent: DQNAgent, chain) -> list[tuple[float, bytes]]:
     steps = islice(fly(agent, chain()), 200)
-    return [(step.steps.rewards[0], step.steps.observations.tobytes()) for step in steps]
+    return [(step.result.rewards[0], step.result.observations.tobytes()) for step in steps]
 
 
 def test_two_agents_of_one_seed_are_identical_and_two_seeds_differ(new_agent: NewAgent, chain):
@@ -416,10 +416,10 @@ def test_sarsas_transitions_know_the_action_that_came_after(new_agent: NewAgent,
     assert 199 <= len(agent.replay) <= 200  # the last one may be waiting
     after_cut = []
     for step, following, record in zip(steps, steps[1:], records, strict=False):
-        assert np.array_equal(record["o_t"], step.steps.observations[0])
-        if step.steps.truncated[0]:
+        assert np.array_equal(record["o_t"], step.result.observations[0])
+        if step.result.truncated[0]:
             after_cut.append(int(record["a_t"]))  # an action of its own, not the next episode's
-        elif not step.steps.terminated[0]:
+        elif not step.result.terminated[0]:
             assert record["a_t"] == following.actions[0]
     assert set(after_cut) == {0, 1}
 

@@ -132,7 +132,7 @@ def test_runs_are_compared_on_a_page(done, tmp_path):
 def test_runs_of_several_folders_are_compared(done, tmp_path):
     _, results = done
     worst, *_, best = sorted(
-        touchdown.list_runs(results / "runs"), key=lambda run: run.evaluation.summary.mean
+        touchdown.list_runs(results / "runs"), key=lambda run: run.evaluation.summary.mean_return
     )
     shutil.copytree(best.path, tmp_path / "elsewhere" / "other")
     names = [str(worst.path), str(tmp_path / "elsewhere" / "other")]

@@ -124,10 +124,10 @@ def test_the_card_has_the_results_for_people_and_for_machines(run, exported):
     assert result["dataset"] == {"name": "LunarLander-v3", "type": "LunarLander-v3"}
     metrics = {metric["type"]: metric["value"] for metric in result["metrics"]}
     assert metrics == {
-        "mean_reward": f"{summary.mean:.1f} +/- {summary.sd:.1f}",
+        "mean_reward": f"{summary.mean_return:.1f} +/- {summary.sd_return:.1f}",
         "n_eval_episodes": 3,
     }
-    assert f"| return, mean ± sd | {summary.mean:.1f} ± {summary.sd:.0f} |" in card
+    assert f"| return, mean ± sd | {summary.mean_return:.1f} ± {summary.sd_return:.0f} |" in card
     assert f"| crashed | {summary.outcomes.get('crashed', 0):.0%} |" in card
     assert "| share ≥ 200 | 0% |" in card
     assert "3 greedy episodes on stock Gymnasium, from environment seeds 0 to 2" in card
@@ -179,8 +179,8 @@ def test_a_shipped_policy_is_exported_with_test_flights_of_its_own(tmp_path, mon
     facts = header(card)["model-index"][0]["results"][0]["metrics"]
     assert facts[1]["value"] == 3
     assert "trained with:" not in card
-    assert touchdown.evaluate(export.files[0], episodes=3).summary.mean == pytest.approx(
-        touchdown.evaluate("ace", episodes=3).summary.mean
+    assert touchdown.evaluate(export.files[0], episodes=3).summary.mean_return == pytest.approx(
+        touchdown.evaluate("ace", episodes=3).summary.mean_return
     )
 
 

@@ -101,7 +101,7 @@ def test_a_run_in_short(run):
     facts = describe(run)
     assert (facts.name, facts.episodes, facts.env_steps, facts.seconds) == ("abc", 4, 4_000, 40)
     assert facts.test is not None
-    assert facts.test.mean == 200
+    assert facts.test.mean_return == 200
     assert list(run_facts(run)) == [
         "name", "status", "preset", "env_id", "seed", "config_digest",
         "episodes", "observations", "seconds", "test",

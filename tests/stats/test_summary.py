@@ -124,8 +124,8 @@ def test_an_outcome_that_did_not_occur_has_no_share():
 def test_means_are_of_the_episodes():
     summary = summary_of([1.0, 2.0, 6.0], steps=[10, 20, 60], fuel=[0.3, 0.6, 3.0])
     assert summary.episodes == 3
-    assert summary.mean == pytest.approx(3)
-    assert summary.sd == pytest.approx(7**0.5)  # (4 + 1 + 9)/(3 − 1)
+    assert summary.mean_return == pytest.approx(3)
+    assert summary.sd_return == pytest.approx(7**0.5)  # (4 + 1 + 9)/(3 − 1)
     assert summary.steps == pytest.approx(30)
     assert summary.fuel == pytest.approx(1.3)
     assert summary.threshold == 200
@@ -138,7 +138,7 @@ def test_the_interval_of_a_summary_is_that_of_its_returns():
 
 def test_one_episode_has_no_spread():
     summary = summary_of([123.0])
-    assert (summary.mean, summary.sd, summary.worst) == (123.0, 0.0, 123.0)
+    assert (summary.mean_return, summary.sd_return, summary.worst_5_percent) == (123.0, 0.0, 123.0)
     assert summary.iqm == bootstrap_iqm([123.0])
 
 

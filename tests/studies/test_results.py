@@ -83,4 +83,4 @@ def test_tunings_that_are_done_are_read(tmp_path):
     write_evaluations(folder / "evaluation.json", [evaluation([190.0, 210.0])], WeightsFacts())
     (found,) = read_pid([done, missing], store)
     assert (found.job, found.trained_return, found.history) == (done, 210, (90, 210))
-    assert found.test.summary.mean == 200
+    assert found.test.summary.mean_return == 200

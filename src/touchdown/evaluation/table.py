@@ -69,10 +69,10 @@ def _points(value: float, decimals: int) -> str:
 
 def _rows(first: Evaluation) -> Iterator[tuple[str, Callable[[Summary], str]]]:
     """Each row's name, and how its cells are made."""
-    yield "return, mean ± sd", lambda s: f"{_points(s.mean, 1)} ± {_points(s.sd, 0)}"
+    yield "return, mean ± sd", lambda s: f"{_points(s.mean_return, 1)} ± {_points(s.sd_return, 0)}"
     yield "return, IQM", lambda s: _points(s.iqm.value, 1)
     yield "  95% interval", lambda s: f"[{_points(s.iqm.low, 0)}, {_points(s.iqm.high, 0)}]"
-    yield "return, worst 5%", lambda s: _points(s.worst, 1)
+    yield "return, worst 5%", lambda s: _points(s.worst_5_percent, 1)
     if first.summary.threshold is not None:
         yield f"share ≥ {first.summary.threshold:g}", lambda s: f"{s.share_solved:.0%}"
     if is_lander(first):

@@ -52,7 +52,7 @@ def _header(source: Source, evaluation: Evaluation | None) -> str:
     lines += [f"- {_quoted(tag)}" for tag in dict.fromkeys(tags)]
     if evaluation:
         summary = evaluation.summary
-        mean = f"{summary.mean:.1f} +/- {summary.sd:.1f}"
+        mean = f"{summary.mean_return:.1f} +/- {summary.sd_return:.1f}"
         lines += [
             "model-index:",
             f"- name: {_quoted(source.name)}",

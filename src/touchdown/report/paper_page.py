@@ -116,7 +116,9 @@ def _baseline_returns(store: Store) -> dict[str, float]:
     """Mean test returns of the baselines that were flown, by the words that name them."""
     jobs = {"PID": BaselineJob("pid"), "random": BaselineJob("random")}
     return {
-        words: read_evaluations(RunFolder(store.runs / job.digest).evaluation)[0].summary.mean
+        words: read_evaluations(RunFolder(store.runs / job.digest).evaluation)[
+            0
+        ].summary.mean_return
         for words, job in jobs.items()
         if job.has_results(store.runs)
     }

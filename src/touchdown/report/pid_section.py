@@ -23,7 +23,7 @@ def values_of(tuned: Sequence[PidResult]) -> Values:
     def values(labels: tuple[str, ...], metric: str) -> FloatArray:
         del metric
         return np.array(
-            [each.test.summary.mean for each in tuned if each.job.tuning.tuner == labels[0]]
+            [each.test.summary.mean_return for each in tuned if each.job.tuning.tuner == labels[0]]
         )
 
     return values
@@ -81,7 +81,7 @@ def _tuner_table(tuned: Sequence[PidResult], tuning: Tuning) -> Table:
         of = [each for each in tuned if each.job.tuning.tuner == name]
         if not of:
             continue
-        test = summarise_seeds([each.test.summary.mean for each in of])
+        test = summarise_seeds([each.test.summary.mean_return for each in of])
         rows.append(
             (
                 name,

@@ -2,10 +2,12 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, cast
 
+import msgspec
 import numpy as np
+from msgspec import Struct
 from numpy.typing import ArrayLike
 from scipy import stats
 
@@ -24,13 +26,15 @@ class Interval:
     high: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Summary:
+_STORED = {"mean_return": "mean", "sd_return": "sd", "worst_5_percent": "worst"}  # in records
+
+
+class Summary(Struct, frozen=True, kw_only=True, rename=_STORED):
     """Summary of a set of episodes; returns, fuel and threshold are in return points."""
 
     episodes: int
-    mean: float
-    sd: float
+    mean_return: float
+    sd_return: float
     iqm: Interval
     threshold: float | None
     """Return from which an episode counts as solved; None if the environment names none."""
@@ -40,12 +44,12 @@ class Summary:
     """Share of episodes by outcome, of the outcomes that occurred."""
     steps: float
     fuel: float
-    worst: float
+    worst_5_percent: float
     """Mean of the worst 5% of returns, at least one episode."""
 
     def to_json(self) -> dict[str, Any]:
         """As a JSON object."""
-        return asdict(self)
+        return msgspec.to_builtins(self)
 
 
 def interquartile_mean(values: ArrayLike, axis: int = -1) -> FloatArray:
@@ -98,8 +102,8 @@ def summarise(
     counts = Counter(outcomes)
     return Summary(
         episodes=count,
-        mean=float(np.mean(returns)),
-        sd=float(np.std(returns, ddof=1)) if count > 1 else 0.0,
+        mean_return=float(np.mean(returns)),
+        sd_return=float(np.std(returns, ddof=1)) if count > 1 else 0.0,
         iqm=iqm,
         threshold=threshold,
         share_solved=None
@@ -108,5 +112,5 @@ def summarise(
         outcomes={name: counts[name] / count for name in OUTCOMES if counts[name]},
         steps=float(np.mean(steps)),
         fuel=float(np.mean(fuel)),
-        worst=float(np.mean(worst)),
+        worst_5_percent=float(np.mean(worst)),
     )

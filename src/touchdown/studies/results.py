@@ -120,7 +120,11 @@ class StudyResults:
             row |= {"seed": run.seed, "run": run.name}
             row |= {name: _finite(getattr(run, name)) for name in METRICS}
             if run.test is not None:
-                row |= {"sd": run.test.sd, "iqm": run.test.iqm.value, "worst_5%": run.test.worst}
+                row |= {
+                    "sd": run.test.sd_return,
+                    "iqm": run.test.iqm.value,
+                    "worst_5%": run.test.worst_5_percent,
+                }
             row |= {
                 "share_solved": _finite(run.share_solved),
                 "landed": _finite(run.landed),
@@ -188,8 +192,8 @@ def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
         path=path,
         labels=labels,
         seed=seed,
-        best_return=chosen.summary.mean if chosen else math.nan,
-        last_return=last.summary.mean if last else math.nan,
+        best_return=chosen.summary.mean_return if chosen else math.nan,
+        last_return=last.summary.mean_return if last else math.nan,
         validation_return=facts.final_validation_return,
         last_validation=means[-1],
         early_return=curves.area_under(at, means, until / 3),
