@@ -56,7 +56,7 @@ def test_a_truncated_step_still_bootstraps_and_a_terminated_one_does_not(
     assert len(records) == len(steps) == 300
     ends = {True: 0, False: 0}
     for step, record in zip(steps, records, strict=True):
-        observations, _, (terminated,), (truncated,) = step.steps
+        observations, _, (terminated,), (truncated,) = step.result
         assert record["discount_t"] == np.float32(0.0 if terminated else 0.7)
         assert record["terminated"] == terminated
         assert np.array_equal(record["o_t"], observations[0])  # before the reset
