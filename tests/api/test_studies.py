@@ -156,7 +156,7 @@ def test_runs_of_settings_without_a_known_preset_are_compared_too(done, tmp_path
 def test_what_is_still_to_do_is_estimated_from_the_speed_of_what_is_done(done):
     file, results = done
     found = studies.estimate_study(str(file), seeds=4, workers=2, results_dir=results)
-    assert (found.missing, found.observations, found.measured) == (4, 6_000, 0)
+    assert (found.missing, found.env_steps, found.measured) == (4, 6_000, 0)
     assert 0 < found.seconds < 60
     assert "4 runs of 0.0 million observations are missing" in str(found)
 

@@ -35,7 +35,7 @@ def test_what_is_missing_takes_what_its_kind_took_and_the_flights_after_it(store
     found = estimate([done, missing, another], [], store, 2)
     # five finalists of a hundred flights, then two tests of a hundred
     seconds = 50_000 / 100 + 500 * 0.01 + 200 * 0.1
-    assert found == Estimate(2, 0, observations=100_000, seconds=seconds, measured=0)
+    assert found == Estimate(2, 0, env_steps=100_000, seconds=seconds, measured=0)
 
 
 def test_validations_are_counted_where_only_training_was_timed(store, monkeypatch):
@@ -60,7 +60,7 @@ def test_a_tuning_takes_its_trials_and_gains_by_hand_one(store, monkeypatch):
     for file in ("evaluation.json", "flights.safetensors"):
         (done / file).write_text("{}")
     found = estimate([], tunings, store, 2)
-    assert found == Estimate(0, 3, observations=0, seconds=(20 + 1 + 20) * 0.5 / 2, measured=0)
+    assert found == Estimate(0, 3, env_steps=0, seconds=(20 + 1 + 20) * 0.5 / 2, measured=0)
     assert str(found).startswith("3 tunings of the PID are missing: about 1 min here")
 
 
@@ -71,14 +71,14 @@ def test_one_trial_of_a_tuning_is_timed_by_flying_it():
 def test_nothing_is_measured_where_nothing_is_missing(store):
     write_run(store.runs / job().digest)
     found = estimate([job()], [], store, 2)
-    assert found == Estimate(0, 0, observations=0, seconds=0, measured=0)
+    assert found == Estimate(0, 0, env_steps=0, seconds=0, measured=0)
     assert str(found) == "nothing is missing"
 
 
 def test_records_alone_are_counted_and_nothing_is_trained_for_them(store):
     write_run(store.runs / job().digest, recorded=False)
     found = estimate([job()], [], store, 2, baselines=[BaselineJob("pid")])
-    assert found == Estimate(0, 0, observations=0, seconds=0, measured=0, unrecorded=2)
+    assert found == Estimate(0, 0, env_steps=0, seconds=0, measured=0, unrecorded=2)
     assert str(found).startswith(
         "the flights of 2 baselines or finished runs are missing: about 1 min here"
     )

@@ -22,12 +22,12 @@ def test_a_finished_run_is_read_in_numbers(tmp_path):
     assert (run.name, run.labels, run.seed) == ("abc", ("0.9",), 3)
     assert (run.best_return, run.last_return, run.worst_return) == (200, 100, 100)
     assert (run.share_solved, run.landed, run.hover_share) == (0.5, 0.5, 0.5)
-    assert (run.observations, run.seconds) == (4_000, 40)
+    assert (run.env_steps, run.seconds) == (4_000, 40)
     # trapezoids 100 000 to 2,000, 262 500 to 3,500, then 250 to the end
     assert_allclose(run.area, (100_000 + 262_500 + 125_000) / 4_000)
     # rising from 0 by one in twenty: half of what it is at a third of the way
     assert_allclose(run.early_return, 4_000 / 3 / 20 / 2)
-    assert (run.observations_to_solved, run.seconds_to_solved) == (3_500, 35)
+    assert (run.env_steps_to_solved, run.seconds_to_solved) == (3_500, 35)
     at, shares = run.hovering
     assert_allclose(at, (1_000, 2_000, 3_000, 4_000), atol=4_000 / 24)
     assert shares == (1, 1, 0, 0)
@@ -42,7 +42,7 @@ def test_a_run_that_never_got_there_is_shown_as_such(tmp_path):
     write_run(tmp_path / "abc")
     write_validations(tmp_path / "abc", [(500, 199.9)])
     run = read_run(tmp_path / "abc", (), 0)
-    assert math.isinf(run.observations_to_solved)
+    assert math.isinf(run.env_steps_to_solved)
     assert math.isinf(run.seconds_to_solved)
 
 

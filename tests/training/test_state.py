@@ -55,7 +55,7 @@ def rewrite(path, **changes):
 def test_what_is_saved_comes_back(saved):
     progress = restored(saved)
     assert (progress.episodes, progress.seconds, progress.solved) == (4, 1.5, Solved(1.0, 0.7, 30))
-    assert [(f.observations, f.validation_return) for f in progress.candidates] == [(100, 0.5)]
+    assert [(f.env_steps, f.validation_return) for f in progress.candidates] == [(100, 0.5)]
     assert (progress.underway[0].number, progress.underway[0].actions) == (4, [1, 2])
     assert progress.record_sizes == SIZES
 

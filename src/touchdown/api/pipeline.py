@@ -121,7 +121,7 @@ def _how_it_was_solved(run: Run) -> str:
     if facts.solved_seconds is None:
         return f"not solved within its budget: {mean} on validation starts"
     return (
-        f"solved after {facts.solved_seconds:.1f} s and {facts.env_steps:,} observations: "
+        f"solved after {facts.solved_seconds:.1f} s and {facts.env_steps:,} environment steps: "
         f"{mean} on {run.config.training.final_validation_episodes} validation starts"
     )
 

@@ -97,7 +97,7 @@ class TuneAgent:
             self.preset,
             trials=self.trials,
             seeds=self.seeds,
-            observations=self.env_steps,
+            env_steps=self.env_steps,
             seed=self.seed,
             storage=self.storage,
             out=out,

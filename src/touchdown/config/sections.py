@@ -110,7 +110,8 @@ class ExplorationConfig:
     """ε-greedy exploration (section 2, Eq. 3)."""
 
     schedule: Literal["constant", "linear", "exponential"] = "exponential"
-    """How ε falls: never, in a line over observations, or by a factor an episode (the paper's)."""
+    """How ε falls: not at all, linearly over environment steps, or by a factor per episode (the
+    paper's)."""
     epsilon_start: Share = 1.0
     """ε at the start (probability)."""
     epsilon_end: Share = 0.01
@@ -166,7 +167,7 @@ class LearningConfig:
     ] = 1
     """Updates each time."""
     target_period: Steps = 0
-    """n: observations between copies to the target network; 0 makes no copies (section 6)."""
+    """n: environment steps between copies to the target network; 0 makes no copies (section 6)."""
     polyak: Annotated[float, Meta(ge=0, le=1, description="from 0 (never) to 1")] = 0.0
     """Soft update: the share of the online weights that the target network takes over after each
     update (Lillicrap et al., 2016); 0 never. Copies and soft updates exclude each other; with
@@ -203,7 +204,7 @@ class LearningConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TableConfig:
-    """A table of action values (Algorithm 1), and how a Box of observations is cut into states."""
+    """A table of action values (Algorithm 1), and how Box observations are binned into states."""
 
     bins: tuple[int, ...] = ()
     """Equal parts of each dimension of a Box; a Discrete environment has its states already."""
@@ -262,7 +263,7 @@ class TrainingConfig:
     episodes: AtLeastOne = 500
     """Training ends after this many episodes."""
     max_env_steps: Annotated[int, Meta(ge=0)] = 0
-    """Training also ends with the episode that reaches this many observations; 0 is no limit."""
+    """Training also ends with the episode that reaches this many environment steps; 0: no limit."""
     validation_period: AtLeastOne = 10_000
     """Observations between validations: greedy episodes from validation starts."""
     validation_episodes: AtLeastOne = 20

@@ -28,7 +28,7 @@ def page_facts(
     facts = [
         ("studies", str(len(results) + bool(tuned))),
         ("training runs", str(len(runs))),
-        ("observations", f"{sum(run.observations for run in runs.values()) / 1e6:.1f} million"),
+        ("environment steps", f"{sum(run.env_steps for run in runs.values()) / 1e6:.1f} million"),
         ("hours of training", f"{hours:.1f}"),
     ]
     if scale:

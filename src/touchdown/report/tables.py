@@ -109,7 +109,7 @@ def level_table(results: StudyResults, metric: str = "best_return") -> Table:
 
 def _training_columns(results: StudyResults) -> tuple[str, ...]:
     solved = _solved_text(results)
-    return "last weights", "over training", f"observations to {solved}", f"seconds to {solved}"
+    return "last weights", "over training", f"env steps to {solved}", f"seconds to {solved}"
 
 
 def _solved_text(results: StudyResults) -> str:
@@ -131,7 +131,7 @@ def _training_cells(results: StudyResults, labels: tuple[str, ...]) -> tuple[str
     return (
         _points(float(np.mean([_last_weights(run) for run in runs]))),
         _points(float(np.mean(results.values(labels, "area")))),
-        _to_solved([run.observations_to_solved for run in runs]),
+        _to_solved([run.env_steps_to_solved for run in runs]),
         _to_solved([run.seconds_to_solved for run in runs]),
     )
 
@@ -166,10 +166,10 @@ def run_table(results: StudyResults, beside: Path | None) -> Table:
                 _known(run.worst_return, ".0f"),
                 _known(run.landed, ".0%"),
                 f"{run.hover_share:.0%}",
-                f"{run.observations:,}",
+                f"{run.env_steps:,}",
                 "never"
-                if math.isinf(run.observations_to_solved)
-                else f"{run.observations_to_solved:,.0f}",
+                if math.isinf(run.env_steps_to_solved)
+                else f"{run.env_steps_to_solved:,.0f}",
                 f"{run.seconds:.0f}",
             )
         )
@@ -177,7 +177,7 @@ def run_table(results: StudyResults, beside: Path | None) -> Table:
         f"The {len(rows)} runs of this study.",
         (
             "level", "seed", "run", "test return" if tested else "validation return",
-            "last weights", "worst flight", "landed", "hovered in training", "observations",
+            "last weights", "worst flight", "landed", "hovered in training", "env steps",
             f"to {_solved_text(results)}", "seconds",
         ),
         tuple(rows),

@@ -1,7 +1,7 @@
 """A run's folder: what lies where, how a new one is named, and how one is found."""
 
 import fcntl
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO
 
@@ -21,6 +21,8 @@ class RunFolder:
     """`runs/<name>/` and the files in it."""
 
     path: Path
+    _config: Config | None = field(default=None, repr=False, compare=False)
+    """As the run was created with it in this process, so that it is not read back."""
 
     @property
     def name(self) -> str:
@@ -83,7 +85,7 @@ class RunFolder:
         Raises:
             UserError: `config.toml` is missing or broken.
         """
-        return configs.from_toml(self.config_file)
+        return configs.from_toml(self.config_file) if self._config is None else self._config
 
 
 def create(runs_dir: Path, config: Config, name: str | None = None) -> RunFolder:
@@ -129,7 +131,7 @@ def create(runs_dir: Path, config: Config, name: str | None = None) -> RunFolder
                 number += 1
                 path = runs_dir / f"{default}-{number}"
             else:
-                return RunFolder(path)
+                return RunFolder(path, config)
 
 
 def lock(folder: RunFolder) -> IO[bytes]:

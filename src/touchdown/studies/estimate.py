@@ -56,7 +56,7 @@ class Estimate:
     """Training runs."""
     tunings: int
     """Of the PID, missing too."""
-    observations: int
+    env_steps: int
     """Environment steps of the runs, at most: a run may stop earlier."""
     seconds: float
     """Of training, flights and tunings, with the given workers."""
@@ -71,7 +71,7 @@ class Estimate:
             return "nothing is missing"
         hours, minutes = divmod(max(1, round(self.seconds / 60)), 60)
         long = f"{hours} h {minutes} min" if hours else f"{minutes} min"
-        runs = f"{self.missing} runs of {self.observations / 1e6:,.1f} million observations"
+        runs = f"{self.missing} runs of {self.env_steps / 1e6:,.1f} million env steps"
         tunings = f"{self.tunings} tunings of the PID"
         flights = f"the flights of {self.unrecorded} baselines or finished runs"
         what = [runs] * (self.missing > 0) + [tunings] * (self.tunings > 0)
@@ -83,7 +83,7 @@ class Estimate:
 
 
 class _Pace(NamedTuple):
-    observations: float
+    env_steps: float
     """Environment steps per second."""
     validated: bool
     """Whether validations took part of that time."""
@@ -147,9 +147,9 @@ def estimate(
         seconds += sum(trial * (1 if each.tuner == "hand" else each.trials) for each in searches)
     # baselines and recorded flights take a second each: they are counted, not timed
     unrecorded = len(store.unrecorded([*runs, *tunings])) + len(store.missing(baselines))
-    observations = sum(most_observations(job.config) for job in missing)
+    env_steps = sum(most_observations(job.config) for job in missing)
     return Estimate(
-        len(missing), len(searches), observations, seconds / workers, len(unknown), unrecorded
+        len(missing), len(searches), env_steps, seconds / workers, len(unknown), unrecorded
     )
 
 
@@ -161,12 +161,12 @@ def most_observations(config: Config) -> int:
 
 def _seconds_of(config: Config, pace: _Pace, times: _FlightTimes) -> float:
     """Of one run: training, the choice of a checkpoint, and the test of two checkpoints."""
-    training, observations = config.training, most_observations(config)
+    training, env_steps = config.training, most_observations(config)
     flights = training.candidate_checkpoints * training.final_validation_episodes
     if not pace.validated:
-        flights += observations // training.validation_period * training.validation_episodes
+        flights += env_steps // training.validation_period * training.validation_episodes
     return (
-        observations / pace.observations
+        env_steps / pace.env_steps
         + flights * times.engine
         + 2 * training.test_episodes * times.stock
     )

@@ -49,10 +49,10 @@ class RunResult:
     worst_return: float
     share_solved: float
     landed: float
-    observations: int
+    env_steps: int
     seconds: float
     """Of training; until it was known to be solved, where the run stops then."""
-    observations_to_solved: float
+    env_steps_to_solved: float
     """Environment steps before a validation first reached the threshold; ∞ if none did."""
     seconds_to_solved: float
     test: Summary | None
@@ -128,9 +128,9 @@ class StudyResults:
             row |= {
                 "share_solved": _finite(run.share_solved),
                 "landed": _finite(run.landed),
-                "observations": run.observations,
+                "observations": run.env_steps,
                 "seconds": run.seconds,
-                "observations_to_solved": _finite(run.observations_to_solved),
+                "observations_to_solved": _finite(run.env_steps_to_solved),
                 "seconds_to_solved": _finite(run.seconds_to_solved),
             }
             rows.append(row)
@@ -202,9 +202,9 @@ def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
         worst_return=min(e.episode_return for e in chosen.episodes) if chosen else math.nan,
         share_solved=(chosen.summary.share_solved or 0.0) if chosen else math.nan,
         landed=chosen.summary.outcomes.get("landed", 0.0) if chosen else math.nan,
-        observations=int(until),
+        env_steps=int(until),
         seconds=seconds[-1] if facts.solved_seconds is None else facts.solved_seconds,
-        observations_to_solved=solved,
+        env_steps_to_solved=solved,
         seconds_to_solved=solved if math.isinf(solved) else float(np.interp(solved, ends, seconds)),
         test=chosen.summary if chosen else None,
         validations=(tuple(at), tuple(means)),

@@ -29,7 +29,7 @@ from touchdown.training.state import (
 class Candidate:
     """Weights that did well on the validation starts."""
 
-    observations: int
+    env_steps: int
     validation_return: float
     params: NDArray[np.float32]
 
@@ -68,7 +68,7 @@ def save_checkpoint(
     """
     tensors = {
         **agent.tensors(),
-        "finalists": {str(f.observations): f.params for f in progress.candidates},
+        "finalists": {str(f.env_steps): f.params for f in progress.candidates},
         "underway": _underway_tensors(episodes),
     }
     newest = newest_checkpoint(folder)
@@ -91,7 +91,7 @@ def save_checkpoint(
             solved=progress.solved,
             underway=[episode.number for episode in episodes],
             candidates=[
-                CandidateState(env_steps=f.observations, validation_return=f.validation_return)
+                CandidateState(env_steps=f.env_steps, validation_return=f.validation_return)
                 for f in progress.candidates
             ],
             streams={

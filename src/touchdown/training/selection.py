@@ -166,7 +166,7 @@ class Selection:
         solved_seconds: float | None = None,
     ) -> None:
         facts = WeightsFacts(
-            env_steps=candidate.observations,
+            env_steps=candidate.env_steps,
             validation_return=candidate.validation_return,
             final_validation_return=final_validation_return,
             solved_seconds=solved_seconds,

@@ -43,7 +43,7 @@ def tune_agent(
     *,
     trials: int = 30,
     seeds: int = 3,
-    observations: int | None = None,
+    env_steps: int | None = None,
     seed: int = 0,
     storage: str | None = None,
     out: Path | str | None = None,
@@ -60,7 +60,7 @@ def tune_agent(
         preset: settings to start from.
         trials: to make in all; those made before count.
         seeds: training seeds of each trial.
-        observations: environment steps of each run, if not the preset's number.
+        env_steps: of each run, if not the preset's number.
         seed: of the sampler.
         storage: Optuna's, such as `postgresql://…` for many machines; SQLite in the folder of
             results if None.
@@ -74,7 +74,7 @@ def tune_agent(
             reached, or nothing can be written.
         Interrupted: Ctrl-C or SIGTERM; the trials made are kept.
     """
-    for name, value in (("trials", trials), ("seeds", seeds), ("observations", observations)):
+    for name, value in (("trials", trials), ("seeds", seeds), ("env_steps", env_steps)):
         if value is not None and value < 1:
             raise UserError(f"{name} = {value}: must be at least 1")
     try:
@@ -84,10 +84,8 @@ def tune_agent(
             "tune agent: needs Optuna; install it: pip install 'touchdown[optuna]'"
         ) from None
     base = presets.preset(preset)
-    if observations is not None:
-        training = dataclasses.replace(
-            base.training, max_env_steps=observations, episodes=1_000_000
-        )
+    if env_steps is not None:
+        training = dataclasses.replace(base.training, max_env_steps=env_steps, episodes=1_000_000)
         base = dataclasses.replace(base, training=training)
     search.space_of(base)
     if out is not None and not Path(out).absolute().parent.is_dir():
