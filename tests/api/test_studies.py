@@ -158,7 +158,7 @@ def test_what_is_still_to_do_is_estimated_from_the_speed_of_what_is_done(done):
     found = studies.estimate_study(str(file), seeds=4, workers=2, results_dir=results)
     assert (found.missing, found.env_steps, found.measured) == (4, 6_000, 0)
     assert 0 < found.seconds < 60
-    assert "4 runs of 0.0 million observations are missing" in str(found)
+    assert "4 runs of 0.0 million env steps are missing" in str(found)
 
 
 def test_a_kind_of_run_that_is_not_known_is_flown_to_know_it(done, tmp_path):

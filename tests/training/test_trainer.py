@@ -353,7 +353,7 @@ def test_a_checkpoint_of_another_config_is_refused(tmp_path):
     text = folder.config_file.read_text().replace("gamma = 0.99", "gamma = 0.5")
     folder.config_file.write_text(text)
     with pytest.raises(UserError, match="belongs to config"):
-        Trainer(folder)
+        Trainer(RunFolder(folder.path))  # as another process sees it
 
 
 def test_a_checkpoint_of_another_version_is_refused(tmp_path):
