@@ -26,7 +26,7 @@ struct Results {
 
 // What one thread needs from step to step. Aligned so that no two threads write to one cache line.
 struct alignas(128) Workspace {
-  explicit Workspace(const Kernel& kernel = engine::kernel()) : queue(kernel) {}
+  explicit Workspace(const SolverKernel& kernel = engine::kernel()) : queue(kernel) {}
 
   LaneQueue queue;
   Coverage coverage{};

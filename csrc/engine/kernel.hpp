@@ -33,7 +33,7 @@ inline bool may_cycle(const VelocityConstraints& constraints) {
 
 // The functions take constraints of the same layout: the same bodies in contact, numbers of points
 // and joints at a limit, in the same order. There is at least one, and there are at most `lanes`.
-struct Kernel {
+struct SolverKernel {
   std::size_t lanes;
   // Runs `iterations` velocity iterations.
   void (*iterate)(std::span<VelocityConstraints* const> alike, int iterations);
@@ -42,7 +42,7 @@ struct Kernel {
   void (*run_cycle)(std::span<VelocityConstraints* const> alike, std::span<bool> done);
 };
 
-const Kernel& kernel(simd::InstructionSet set);  // `set` must be available
-const Kernel& kernel();                          // of the instruction set that is chosen
+const SolverKernel& kernel(simd::InstructionSet set);  // `set` must be available
+const SolverKernel& kernel();                          // of the instruction set that is chosen
 
 }  // namespace touchdown::engine

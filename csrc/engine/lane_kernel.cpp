@@ -206,7 +206,7 @@ void run_cycle(std::span<VelocityConstraints* const> alike, std::span<bool> done
 
 }  // namespace
 
-extern const Kernel kKernel{kGroups * TOUCHDOWN_WIDTH, &iterate<TOUCHDOWN_WIDTH>,
-                            &run_cycle<TOUCHDOWN_WIDTH>};
+extern const SolverKernel kKernel{kGroups * TOUCHDOWN_WIDTH, &iterate<TOUCHDOWN_WIDTH>,
+                                  &run_cycle<TOUCHDOWN_WIDTH>};
 
 }  // namespace touchdown::engine::TOUCHDOWN_KERNEL

@@ -27,9 +27,9 @@ struct Pending {
 
 class LaneQueue {
  public:
-  explicit LaneQueue(const Kernel& kernel) : kernel_(kernel) {}
+  explicit LaneQueue(const SolverKernel& kernel) : kernel_(kernel) {}
 
-  const Kernel& kernel() const { return kernel_; }
+  const SolverKernel& kernel() const { return kernel_; }
 
   // Storage for the next step; it is free again once that step has been handed to `finish`.
   Pending& take() {
@@ -170,14 +170,14 @@ class LaneQueue {
     }
   }
 
-  const Kernel& kernel_;
+  const SolverKernel& kernel_;
   std::vector<std::unique_ptr<Pending>> all_;
   std::vector<Pending*> free_;
   std::vector<Bucket> buckets_;
 };
 
 struct LaneQueue::Shared {
-  explicit Shared(const Kernel& kernel) : queue(kernel) {}
+  explicit Shared(const SolverKernel& kernel) : queue(kernel) {}
 
   std::mutex mutex;
   LaneQueue queue;  // its buckets are solved by whichever thread takes them

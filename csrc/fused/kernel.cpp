@@ -3,26 +3,27 @@
 namespace touchdown::fused {
 
 namespace baseline {
-extern const Kernel kKernel;
+extern const NetworkKernel kKernel;
 }
 #if defined(TOUCHDOWN_X86_KERNELS)
 namespace avx2 {
-extern const Kernel kKernel;
+extern const NetworkKernel kKernel;
 }
 namespace avx512 {
-extern const Kernel kKernel;
+extern const NetworkKernel kKernel;
 }
 #endif
 
-const Kernel& kernel(simd::InstructionSet set) {
+const NetworkKernel& kernel(simd::InstructionSet set) {
 #if defined(TOUCHDOWN_X86_KERNELS)
-  constexpr simd::Kernels<Kernel> kernels{&baseline::kKernel, &avx2::kKernel, &avx512::kKernel};
+  constexpr simd::Kernels<NetworkKernel> kernels{&baseline::kKernel, &avx2::kKernel,
+                                                 &avx512::kKernel};
 #else
-  constexpr simd::Kernels<Kernel> kernels{&baseline::kKernel};
+  constexpr simd::Kernels<NetworkKernel> kernels{&baseline::kKernel};
 #endif
   return kernels[set];
 }
 
-const Kernel& kernel() { return kernel(simd::chosen()); }
+const NetworkKernel& kernel() { return kernel(simd::chosen()); }
 
 }  // namespace touchdown::fused

@@ -9,7 +9,7 @@
 
 namespace touchdown::fused {
 
-struct Kernel {
+struct NetworkKernel {
   // The number of floats that `update` needs to work in, for minibatches of `batch_size`.
   std::size_t (*update_workspace)(const Network& network, int batch_size);
   // The number of floats that `values` needs to work in.
@@ -23,7 +23,7 @@ struct Kernel {
                     int batch_size, const float* weights, float* workspace, float* td_error);
 };
 
-const Kernel& kernel(simd::InstructionSet set);  // `set` must be available
-const Kernel& kernel();                          // of the instruction set that is chosen
+const NetworkKernel& kernel(simd::InstructionSet set);  // `set` must be available
+const NetworkKernel& kernel();                          // of the instruction set that is chosen
 
 }  // namespace touchdown::fused

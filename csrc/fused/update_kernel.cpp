@@ -93,7 +93,7 @@ Metrics update(const Network& network, const Rule& rule, const Learner& learner,
 
 }  // namespace
 
-extern const Kernel kKernel{&update_workspace, &values_workspace, &values, &update};
+extern const NetworkKernel kKernel{&update_workspace, &values_workspace, &values, &update};
 
 }  // namespace TOUCHDOWN_KERNEL
 }  // namespace touchdown::fused

@@ -22,7 +22,7 @@ struct Updated {
 
 // One update of a copy of the parameters. Adam's first moment starts at 0, so it ends at (1 −
 // β₁)·g.
-Updated update_of(const Kernel& kernel, const Network& network, std::vector<float> online,
+Updated update_of(const NetworkKernel& kernel, const Network& network, std::vector<float> online,
                   std::vector<float> target, const Rule& rule, const RandomBatch& batch,
                   const std::vector<float>& weights) {
   std::vector<float> mu(online.size()), nu(online.size()), td_error(kBatch);
@@ -61,7 +61,7 @@ double slow_loss(const Network& network, const Doubles& online, const Doubles& t
   return sum / kBatch;
 }
 
-void compare(const Kernel& kernel, const Network& network, const Rule& rule) {
+void compare(const NetworkKernel& kernel, const Network& network, const Rule& rule) {
   const std::vector<float> online = random_params(network, 1), target = random_params(network, 2);
   const RandomBatch batch(network, kBatch, 3);
   std::vector<float> weights;

@@ -9,7 +9,7 @@ namespace {
 using namespace touchdown::fused;
 namespace simd = touchdown::simd;
 
-std::vector<float> values_of(const Kernel& kernel, const Network& network,
+std::vector<float> values_of(const NetworkKernel& kernel, const Network& network,
                              const std::vector<float>& params,
                              const std::vector<float>& observations) {
   const std::size_t count =
