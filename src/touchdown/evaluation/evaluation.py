@@ -9,7 +9,7 @@ from msgspec import Meta, Struct
 
 from touchdown.core import files, records
 from touchdown.envs.outcome import threshold_of
-from touchdown.evaluation.evaluator import EpisodeResult, Evaluator, Observer
+from touchdown.evaluation.evaluator import NUM_ENVS, EpisodeResult, Evaluator, Observer
 from touchdown.lander import rules
 from touchdown.policies.facts import WeightsFacts
 from touchdown.policies.named import NamedPolicy
@@ -75,7 +75,7 @@ def evaluate_policy(
         on_episode: called after each episode.
         observer: sees each observation on the way; see `Evaluator.rollout`.
     """
-    own = evaluator or Evaluator(policy.env_id, min(len(starts), 32))
+    own = evaluator or Evaluator(policy.env_id, min(len(starts), NUM_ENVS))
     try:
         episodes = own.rollout(policy.policy, starts, on_episode, observer)
     finally:

@@ -19,7 +19,7 @@ Observer = Callable[[IntArray, FloatArray], object]
 `starts` of the episodes that have one, [K], and their observations, [K, D]."""
 
 NUM_ENVS = 32
-"""Environments in a pool: enough to share the cost of a network's call."""
+"""Environments in a pool: enough to spread the cost of calling a network."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,7 +44,7 @@ def interact(
     start_of: Callable[[int], int],
     underway: Underway,
 ) -> Iterator[AgentStep]:
-    """Algorithm 2's two loops, without end: the caller listens to the steps and stops when it will.
+    """Algorithm 2's two loops, without end: the caller listens to the steps, and stops at will.
 
     Args:
         agent: acts and learns.

@@ -151,7 +151,7 @@ def test_fits_to_given_targets_are_those_of_the_jax_function(shape):
 
 
 @pytest.mark.parametrize("shape", NETWORKS.values(), ids=NETWORKS)
-def test_values_are_those_of_the_jax_function_whatever_is_beside(shape):
+def test_values_are_those_of_the_jax_function_whatever_the_batch(shape):
     twin = QNetwork(D, A, shape)
     network = FusedNetwork(twin)
     params = np.array(twin.init(jax.random.key(3)))
