@@ -16,7 +16,7 @@ LANDER_STARTS = [8, 2, 5, 0]
 
 
 class Lean:
-    """Pushes the cart under the pole: it falls after tens of steps, as many as the start decides."""
+    """Pushes the cart under the pole: it falls after tens of steps, as the start decides."""
 
     def act(self, observations: FloatArray) -> IntArray:
         return (observations[:, 2] > 0).astype(int)
