@@ -12,6 +12,7 @@ from PIL import Image
 from safetensors.numpy import save
 
 from single_changes import is_refused_in_a_line, single_changes
+from stepping import Always
 from touchdown.core.errors import UserError
 from touchdown.envs.flight import Flight, load_flights, save_flights
 from touchdown.envs.recorder import record_flight
@@ -21,16 +22,6 @@ from touchdown.policies.baselines import HeuristicPolicy
 
 START = 2_000_003
 LANDER = "LunarLander-v3"
-
-
-class Always:
-    """One action, whatever is seen."""
-
-    def __init__(self, action: int) -> None:
-        self.action = action
-
-    def act(self, observations: np.ndarray) -> np.ndarray:
-        return np.full(len(observations), self.action)
 
 
 @pytest.fixture(scope="module")

@@ -1,9 +1,9 @@
 from collections.abc import Iterator
 
 import gymnasium
-import numpy as np
 import pytest
 
+from stepping import Always
 from touchdown.control.pid import PIDConfig, PIDPolicy
 from touchdown.core.types import FloatArray, IntArray, Policy
 from touchdown.evaluation.evaluator import EpisodeResult, Evaluator
@@ -27,16 +27,6 @@ class Balance:
 
     def act(self, observations: FloatArray) -> IntArray:
         return (observations @ [0.1, 0.3, 1.0, 1.0] > 0).astype(int)
-
-
-class Always:
-    """The same action always."""
-
-    def __init__(self, action: int) -> None:
-        self.action = action
-
-    def act(self, observations: FloatArray) -> IntArray:
-        return np.full(len(observations), self.action)
 
 
 GAINS = PIDConfig(

@@ -98,15 +98,6 @@ def read_bytes(path: Path, most: int) -> bytes:
         raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
 
 
-def read_json(path: Path) -> dict[str, Any]:
-    """A JSON file that holds one object of any kind.
-
-    Raises:
-        UserError: it is missing, cut off, or holds something else.
-    """
-    return records.decode_json(path, dict[str, Any])
-
-
 def read_jsonl(path: Path) -> list[dict[str, Any]]:
     """The objects of a JSON Lines file; a last line without its newline is still being written.
 
