@@ -45,6 +45,9 @@ class Evaluator:
         env_id: Gymnasium's id.
         num_envs: environments stepped together; no result depends on it.
         engine: simulates the lander; results are the same to the last bit.
+
+    Raises:
+        UserError: there is no such environment, or it cannot be made.
     """
 
     def __init__(

@@ -49,6 +49,9 @@ class Selection:
         evaluator: flies the validation starts.
         progress: of the run; holds the candidates.
         history: records validations.
+
+    Raises:
+        UserError: training is to stop when the environment is solved, which has no threshold.
     """
 
     def __init__(
