@@ -24,7 +24,7 @@ help: ## list the targets
 	@echo "ARGS='...' goes to the command of land, tests and benchmarks: make test ARGS='-k ring'"
 	@echo "PYTHON=... names the Python of a new .venv: make land PYTHON=/path/to/python3.13"
 
-land: $(READY) ## train a pilot that lands, test it and draw its flights
+land: $(READY) ## train a policy that lands, test it and draw its flights
 	@$(BIN)/touchdown train pilot $(ARGS)
 
 test: $(READY) test-cpp ## run the tests, all but the slow ones

@@ -33,7 +33,7 @@ def lines(path, rows):
 
 
 def write_validations(path, means):
-    """Validations of a run: observations, and the mean return then."""
+    """Validations of a run: env steps, and the mean return then."""
     lines(
         path / "validations.jsonl",
         [
@@ -50,7 +50,7 @@ def write_validations(path, means):
 
 
 def write_run(path, returns=(100.0, 300.0), last=None, recorded=True):
-    """A finished run of 4,000 observations and 40 seconds, half of whose episodes hovered.
+    """A finished run of 4,000 env steps and 40 seconds, half of whose episodes hovered.
 
     Its flights are one that stands still for two steps, and paths as long.
     """

@@ -1,4 +1,4 @@
-"""One environment, one step: short forms for tests of agents that act in many."""
+"""Short forms for tests of agents that act in many environments, and a policy for any test."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -39,3 +39,13 @@ def fly(agent: Agent, *envs: Any, start_of: Callable[[int], int] = int) -> Itera
     pool = StockEnvPool([MadeEnv(env, SPACES) for env in envs])
     agent.begin_episode(0)
     return interact(agent, pool, start_of, begin(pool, start_of, len(envs)))
+
+
+class Always:
+    """A policy with one action, whatever it observes."""
+
+    def __init__(self, action: int) -> None:
+        self.action = action
+
+    def act(self, observations: np.ndarray) -> np.ndarray:
+        return np.full(len(observations), self.action)

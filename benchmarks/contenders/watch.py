@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from touchdown.core.seeding import TEST_STARTS, VALIDATION_STARTS
+from touchdown.core.starts import TEST_STARTS, VALIDATION_STARTS
 from touchdown.core.types import Policy
 from touchdown.evaluation.evaluator import Evaluator
 from touchdown.lander.rules import SOLVED_RETURN

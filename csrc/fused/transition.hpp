@@ -1,5 +1,5 @@
 // Where the fields of a packed transition lie. This is the one place in C++ that knows; Python's is
-// touchdown.types.transition_dtype, and the tests compare the two.
+// touchdown.replay.transition.transition_dtype, and the tests compare the two.
 #pragma once
 
 #include <cstddef>

@@ -71,7 +71,7 @@ def test_a_rewarded_transition_is_remembered_tau_times_more(new_agent: NewAgent)
     assert len(agent.replay) == 2
     feed(agent, 1, reward=0.75)
     assert len(agent.replay) == 2 + 4
-    assert agent.env_steps == 3  # copies are no observations
+    assert agent.env_steps == 3  # copies are no env steps
 
 
 # --- when it learns ---
@@ -280,7 +280,7 @@ def test_noise_follows_from_the_seed_as_all_else_does(new_agent: NewAgent, chain
 
 
 @pytest.mark.parametrize("update_period", [1, 3])
-def test_a_noisy_agent_restored_by_its_counters_goes_on_as_if_nothing_had_been(
+def test_a_noisy_agent_restored_by_its_counters_goes_on_as_if_nothing_had_happened(
     update_period: int, new_agent: NewAgent
 ):
     settings = {"learning": {"update_period": update_period, "target_period": 7}}
@@ -348,7 +348,7 @@ def test_two_parts_learn_together_or_are_refused_with_the_reason(
     pair: tuple[str, str], new_agent: NewAgent
 ):
     if set(pair) == {"double", "soft updates"}:  # two targets at once
-        with pytest.raises(ValueError, match="copied or follows, not both"):
+        with pytest.raises(ValueError, match="copied or updated softly, not both"):
             new_agent(**together(*pair))
         return
     if set(pair) == {"quantiles", "atoms"}:  # two descriptions of one return

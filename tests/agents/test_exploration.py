@@ -27,8 +27,8 @@ def test_exponential_falls_by_its_factor_down_to_its_floor():
     ("name", "expected"),
     [
         ("constant", 0.5),
-        ("linear", 0.3),  # half of 8 observations; two episodes would give 0.4
-        ("exponential", 0.125),  # ½·½²; four observations would give the floor
+        ("linear", 0.3),  # half of 8 env steps; two episodes would give 0.4
+        ("exponential", 0.125),  # ½·½²; four env steps would give the floor
     ],
 )
 def test_each_schedule_goes_by_its_own_clock(name: str, expected: float):
@@ -41,8 +41,8 @@ def test_each_schedule_goes_by_its_own_clock(name: str, expected: float):
             epsilon_duration=8,
         )
     )
-    episode, observations = 2, 4
-    assert epsilon_of(episode, observations) == pytest.approx(expected)
+    episode, env_steps = 2, 4
+    assert epsilon_of(episode, env_steps) == pytest.approx(expected)
 
 
 def test_the_papers_schedule_by_default_is_0975_an_episode_from_one():
@@ -116,11 +116,11 @@ def test_one_environment_draws_whether_to_explore_and_then_only_an_action_that_i
 
 
 @pytest.mark.parametrize(
-    ("schedule", "after_observations", "after_episodes"),
+    ("schedule", "after_env_steps", "after_episodes"),
     [("constant", 0.5, 0.5), ("linear", 0.3, 0.5), ("exponential", 0.5, 0.125)],
 )
-def test_epsilon_follows_observations_or_episodes_as_its_schedule_says(
-    schedule, after_observations: float, after_episodes: float
+def test_epsilon_follows_env_steps_or_episodes_as_its_schedule_says(
+    schedule, after_env_steps: float, after_episodes: float
 ):
     config = ExplorationConfig(
         schedule=schedule,
@@ -132,6 +132,6 @@ def test_epsilon_follows_observations_or_episodes_as_its_schedule_says(
     chooser = exploration.EpsilonGreedy(config, 2, default_rng(0))
     chooser.begin_episode(0, 0)
     chooser.observed(4)
-    assert chooser.epsilon == pytest.approx(after_observations)
+    assert chooser.epsilon == pytest.approx(after_env_steps)
     chooser.begin_episode(2, 0)
     assert chooser.epsilon == pytest.approx(after_episodes)

@@ -133,7 +133,7 @@ def test_metrics_come_once_a_period_of_updates():
 
 
 @pytest.mark.parametrize("steps", [13, 16])
-def test_an_agent_restored_in_mid_rollout_goes_on_as_if_nothing_had_been(steps: int):
+def test_an_agent_restored_in_mid_rollout_goes_on_as_if_nothing_had_happened(steps: int):
     rows = random_rows(60)
     agent, resumed = new_pqn(), new_pqn()
     feed(agent, rows[: steps + 1])

@@ -200,7 +200,7 @@ def test_the_step_size_falls_in_a_line_over_the_updates():
     assert agent.q[:, 0].tolist() == [8, 6, 4, 4, 0]
 
 
-def test_a_table_starts_as_high_as_it_is_told():
+def test_a_table_starts_as_high_as_its_config_says():
     assert np.all(new_table(table={"initial_value": 3.0}).q == 3)
 
 
@@ -250,7 +250,7 @@ def test_a_network_fits_every_environment():
 
 
 @pytest.mark.parametrize("target", ["q-learning", "sarsa", "expected-sarsa"])
-def test_a_restored_agent_goes_on_as_if_nothing_had_been(target: str, chain):
+def test_a_restored_agent_goes_on_as_if_nothing_had_happened(target: str, chain):
     settings = {
         "learning": {
             "target": target,

@@ -10,7 +10,7 @@ from touchdown.api.policies import find_policy
 from touchdown.config.config import Config
 from touchdown.config.sections import NetworkConfig
 from touchdown.core.errors import UserError
-from touchdown.core.seeding import VALIDATION_STARTS
+from touchdown.core.starts import VALIDATION_STARTS
 from touchdown.evaluation.evaluator import Evaluator
 from touchdown.lander import engine as engines
 from touchdown.policies import lookup

@@ -1,4 +1,5 @@
 import io
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +20,7 @@ from touchdown.figures.grid import grid_of
 def test_train_gives_a_finished_run_with_its_baselines(run):
     assert run.name == "pilot-0"
     assert run.status == "finished"
-    content = files.read_json(run.folder.evaluation)
+    content = json.loads(run.folder.evaluation.read_text())
     assert [entry["name"] for entry in content["pilots"]] == [
         "pilot-0",
         "pid",

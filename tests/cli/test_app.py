@@ -71,7 +71,7 @@ from touchdown.cli import app
         (["train", "pilot", "--algorithm=pqn"], "with algorithm = 'pqn', which makes no use of it"),
         (["train", "pqn", "--minibatches=1000"], "num_envs * rollout_steps = 256"),
         (["train", "--target=expected-sarsa"], "must be q-learning or sarsa"),
-        (["train", "double-dqn", "--target=sarsa"], "double = True: must be False beside target"),
+        (["train", "double-dqn", "--target=sarsa"], "double = True: must be False with target"),
         (["train", "--resume=nix"], "run 'nix': no such folder in 'runs'"),
         (["train", "dqn", "--resume=nix"], "resume 'nix': continues with the run's own settings"),
         (["train", "--name=a/b"], "name 'a/b': must be a plain folder name"),

@@ -431,7 +431,7 @@ def test_numbers_and_brackets_beyond_reason_are_refused_in_one_line(text, tmp_pa
 @pytest.mark.parametrize(
     ("values", "complaint"),
     [
-        ({"polyak": 0.1, "target_period": 800}, r"polyak = 0\.1: must be 0 beside target_period"),
+        ({"polyak": 0.1, "target_period": 800}, r"polyak = 0\.1: must be 0 with target_period"),
         ({"double": True}, "double = True: must have a target network"),
         ({"double": 1}, "double = 1: must be true or false"),
         ({"n_step": 0}, "n_step = 0: must be 1 to"),
@@ -444,17 +444,17 @@ def test_parts_that_do_not_go_together_are_refused_with_the_reason(values, compl
 
 
 def test_quantiles_and_a_squared_error_do_not_go_together():
-    with pytest.raises(ValueError, match="loss = 'mse': must be huber beside quantiles = 8"):
+    with pytest.raises(ValueError, match="loss = 'mse': must be huber with quantiles = 8"):
         Config(network=NetworkConfig(quantiles=8))
 
 
 def test_quantiles_and_atoms_do_not_go_together():
-    with pytest.raises(ValueError, match="atoms = 51: must be 0 beside quantiles = 8; a return is"):
+    with pytest.raises(ValueError, match="atoms = 51: must be 0 with quantiles = 8; a return is"):
         NetworkConfig(quantiles=8, atoms=51)
 
 
 @pytest.mark.parametrize("loss", ["mse", "huber"])
-def test_atoms_go_beside_either_loss(loss):
+def test_atoms_go_with_either_loss(loss):
     config = Config(network=NetworkConfig(atoms=51), learning=LearningConfig(loss=loss))
     assert config.learning.loss == loss
 
@@ -475,7 +475,7 @@ def test_bounds_of_a_table_that_do_not_go_together_are_refused(values, complaint
         TableConfig(**values)
 
 
-def test_bounds_of_a_table_may_be_left_to_the_world():
+def test_bounds_of_a_table_may_be_left_to_the_environment():
     assert TableConfig(bins=(2, 2)).bins_low == ()
     assert TableConfig(bins=(2, 2), bins_low=(0, 0)).bins_high == ()
 
@@ -549,7 +549,7 @@ def test_a_field_that_an_algorithm_makes_no_use_of_is_refused(values, complaint)
 def test_a_double_target_and_sarsas_do_not_go_together():
     for target in ("sarsa", "expected-sarsa"):
         with pytest.raises(
-            ValueError, match=f"double = True: must be False beside target = '{target}'"
+            ValueError, match=f"double = True: must be False with target = '{target}'"
         ):
             LearningConfig(double=True, target_period=9, target=target)
 

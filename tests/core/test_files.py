@@ -2,10 +2,11 @@ import errno
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from touchdown.core import files
+from touchdown.core import files, records
 from touchdown.core.errors import UserError, one_line
 
 
@@ -182,9 +183,13 @@ def test_remove_temporaries_takes_what_killed_writers_left_and_nothing_else(
 # --- reading JSON ---
 
 
-def test_read_json_gives_the_object(tmp_path: Path):
+def read_json(path: Path) -> dict[str, Any]:
+    return records.decode_json(path, dict[str, Any])
+
+
+def test_a_json_file_gives_its_object(tmp_path: Path):
     (tmp_path / "a.json").write_text(files.to_json({"ε": 0.5, "n": [1, 2]}), "utf-8")
-    assert files.read_json(tmp_path / "a.json") == {"ε": 0.5, "n": [1, 2]}
+    assert read_json(tmp_path / "a.json") == {"ε": 0.5, "n": [1, 2]}
 
 
 @pytest.mark.parametrize(
@@ -197,24 +202,24 @@ def test_read_json_gives_the_object(tmp_path: Path):
         (b"null", "holds NoneType"),
     ],
 )
-def test_read_json_refuses_what_is_no_object_naming_the_file(
+def test_a_json_file_without_an_object_is_refused_by_its_name(
     content: bytes, named: str, tmp_path: Path
 ):
     path = tmp_path / "a.json"
     path.write_bytes(content)
     with pytest.raises(UserError, match=named) as refusal:
-        files.read_json(path)
+        read_json(path)
     assert str(path) in str(refusal.value)
     assert "\n" not in str(refusal.value)
 
 
-def test_read_json_and_read_jsonl_name_a_file_that_is_not_there(tmp_path: Path):
-    for read in (files.read_json, files.read_jsonl):
+def test_a_json_or_json_lines_file_that_is_not_there_is_named(tmp_path: Path):
+    for read in (read_json, files.read_jsonl):
         with pytest.raises(UserError, match=r"none\.json: cannot be read"):
             read(tmp_path / "none.json")
 
 
-def test_to_json_refuses_numbers_that_json_has_not():
+def test_to_json_refuses_numbers_that_json_does_not_have():
     with pytest.raises(ValueError, match="JSON"):
         files.to_json({"loss": float("nan")})
     assert files.to_json({"a": 1}).endswith("}\n")
@@ -270,7 +275,7 @@ def test_nesting_beyond_reason_is_refused_in_one_line(tmp_path: Path):
     path = tmp_path / "deep.json"
     path.write_text("[" * 100_000)
     with pytest.raises(UserError, match="not JSON"):
-        files.read_json(path)
+        read_json(path)
 
 
 def test_bytes_are_read_up_to_what_they_may_be(tmp_path):

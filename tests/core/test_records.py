@@ -12,7 +12,7 @@ class Row(msgspec.Struct, rename={"env_steps": "observations"}):
     seconds: records.Seconds = 0.0
 
 
-def test_a_record_has_the_names_of_the_file_and_passes_over_what_it_does_not_know(tmp_path):
+def test_a_record_has_the_names_of_the_file_and_ignores_unknown_fields(tmp_path):
     path = tmp_path / "a.json"
     path.write_text(files.to_json({"observations": 3, "later": None}))
     assert records.decode_json(path, Row) == Row(3)

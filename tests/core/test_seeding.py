@@ -4,15 +4,8 @@ import numpy as np
 import pytest
 
 from touchdown.core.errors import UserError
-from touchdown.core.seeding import (
-    TEST_STARTS,
-    TRAINING_STARTS,
-    VALIDATION_STARTS,
-    check_seed,
-    streams,
-    training_start,
-    tuning_starts,
-)
+from touchdown.core.seeding import check_seed, streams, training_start, tuning_starts
+from touchdown.core.starts import TEST_STARTS, TRAINING_STARTS, VALIDATION_STARTS
 
 RUNS = [(seed, episode) for seed in range(20) for episode in range(50)]
 

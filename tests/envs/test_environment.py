@@ -1,4 +1,4 @@
-"""Worlds that are not the lander, as agents see them."""
+"""Environments other than the lander, as agents see them."""
 
 import gymnasium
 import numpy as np
@@ -11,11 +11,11 @@ from touchdown.envs import environment
 
 @pytest.fixture
 def registered():
-    """Registers a world for one test."""
+    """Registers an environment for one test."""
     names: list[str] = []
 
-    def register(name: str, world: type[gymnasium.Env], **options) -> str:
-        gymnasium.register(name, world, **options)
+    def register(name: str, env: type[gymnasium.Env], **options) -> str:
+        gymnasium.register(name, env, **options)
         names.append(name)
         return name
 
@@ -25,7 +25,7 @@ def registered():
 
 
 class Endless(gymnasium.Env):
-    """Goes round in circles for ever."""
+    """Goes round in circles forever."""
 
     observation_space = spaces.Discrete(3)
     action_space = spaces.Discrete(2)
@@ -46,20 +46,20 @@ class Endless(gymnasium.Env):
         return self.first + self.state, 0.0, False, False, {}
 
 
-def test_a_discrete_world_is_seen_one_hot_in_single_precision():
-    world = environment.make_env("FrozenLake-v1")
-    sizes = world.spaces
+def test_a_discrete_environment_is_seen_one_hot_in_single_precision():
+    made = environment.make_env("FrozenLake-v1")
+    sizes = made.spaces
     assert (sizes.observation_size, sizes.num_actions, sizes.num_states) == (16, 4, 16)
     assert sizes.transitions is not None
     assert len(sizes.transitions) == 16
-    observation, _ = world.env.reset(seed=0)
+    observation, _ = made.env.reset(seed=0)
     assert observation.dtype == np.float32
     assert observation.tolist() == [1.0] + [0.0] * 15
     for _ in range(3):
-        observation, *_ = world.env.step(1)
+        observation, *_ = made.env.step(1)
         assert observation.dtype == np.float32
         assert sorted(observation.tolist()) == [0.0] * 15 + [1.0]
-    world.env.close()
+    made.env.close()
 
 
 def test_states_that_are_numbered_from_elsewhere_begin_at_the_first(registered):
@@ -67,29 +67,29 @@ def test_states_that_are_numbered_from_elsewhere_begin_at_the_first(registered):
         observation_space = spaces.Discrete(3, start=5)
         first = 5
 
-    world = environment.make_env(registered("Shifted-v0", Shifted))
-    assert world.env.reset(seed=0)[0].tolist() == [1, 0, 0]
-    assert world.env.step(0)[0].tolist() == [0, 1, 0]
+    made = environment.make_env(registered("Shifted-v0", Shifted))
+    assert made.env.reset(seed=0)[0].tolist() == [1, 0, 0]
+    assert made.env.step(0)[0].tolist() == [0, 1, 0]
 
 
-def test_a_world_without_a_limit_is_cut_off_after_1000_steps(registered):
-    world = environment.make_env(registered("Endless-v0", Endless))
-    world.env.reset(seed=0)
-    ends = [world.env.step(0)[2:4] for _ in range(1_000)]
+def test_an_environment_without_a_limit_is_cut_off_after_1000_steps(registered):
+    made = environment.make_env(registered("Endless-v0", Endless))
+    made.env.reset(seed=0)
+    ends = [made.env.step(0)[2:4] for _ in range(1_000)]
     assert ends == [(False, False)] * 999 + [(False, True)]
 
 
-def test_a_world_with_a_limit_keeps_it(registered):
-    world = environment.make_env(registered("Limited-v0", Endless, max_episode_steps=7))
-    world.env.reset(seed=0)
-    ends = [world.env.step(0)[3] for _ in range(7)]
+def test_an_environment_with_a_limit_keeps_it(registered):
+    made = environment.make_env(registered("Limited-v0", Endless, max_episode_steps=7))
+    made.env.reset(seed=0)
+    ends = [made.env.step(0)[3] for _ in range(7)]
     assert ends == [False] * 6 + [True]
 
 
 def test_a_box_has_its_bounds_and_no_model():
-    world = environment.make_env("MountainCar-v0")
-    world.env.close()
-    sizes = world.spaces
+    made = environment.make_env("MountainCar-v0")
+    made.env.close()
+    sizes = made.spaces
     assert sizes.num_states is None
     assert sizes.transitions is None
     assert sizes.low == pytest.approx((-1.2, -0.07))

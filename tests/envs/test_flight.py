@@ -12,6 +12,7 @@ from PIL import Image
 from safetensors.numpy import save
 
 from single_changes import is_refused_in_a_line, single_changes
+from stepping import Always
 from touchdown.core.errors import UserError
 from touchdown.envs.flight import Flight, load_flights, save_flights
 from touchdown.envs.recorder import record_flight
@@ -21,16 +22,6 @@ from touchdown.policies.baselines import HeuristicPolicy
 
 START = 2_000_003
 LANDER = "LunarLander-v3"
-
-
-class Always:
-    """One action, whatever is seen."""
-
-    def __init__(self, action: int) -> None:
-        self.action = action
-
-    def act(self, observations: np.ndarray) -> np.ndarray:
-        return np.full(len(observations), self.action)
 
 
 @pytest.fixture(scope="module")
@@ -119,7 +110,7 @@ def test_legs_stay_beside_the_hull(landing):
         assert 0.4 < distances.min() <= distances.max() < 1.2
 
 
-def test_terrain_spans_the_world_and_is_flat_between_the_flags(landing):
+def test_terrain_spans_the_viewport_and_is_flat_between_the_flags(landing):
     terrain = landing.terrain
     assert (terrain.xs[0], terrain.xs[-1], len(terrain.xs)) == (0, 20, 11)
     assert (terrain.helipad_x1, terrain.helipad_x2) == (8, 12)
@@ -127,7 +118,7 @@ def test_terrain_spans_the_world_and_is_flat_between_the_flags(landing):
     assert_allclose(pad, 0.99 * terrain.helipad_y)  # upstream smooths with 0.33 for a third
 
 
-def test_another_world_is_recorded_with_pictures_of_its_own(balancing):
+def test_another_environment_is_recorded_with_pictures_of_its_own(balancing):
     assert balancing.bodies is None
     assert balancing.terrain is None
     assert len(balancing.frames) == balancing.steps + 1
@@ -147,9 +138,9 @@ def test_drawing_without_a_display_leaves_the_environment_as_it_was(monkeypatch)
     assert os.environ["SDL_VIDEODRIVER"] == "dummy"
 
 
-def test_unknown_world_is_refused():
-    with pytest.raises(UserError, match="NoSuchWorld-v0"):
-        record_flight(Always(0), "NoSuchWorld-v0", START, "left")
+def test_an_unknown_environment_is_refused():
+    with pytest.raises(UserError, match="NoSuchEnv-v0"):
+        record_flight(Always(0), "NoSuchEnv-v0", START, "left")
 
 
 def test_saved_flights_load_identically(tmp_path, landing, balancing):
@@ -230,7 +221,7 @@ def test_file_that_holds_something_else_is_refused(tmp_path, metadata, reason):
         load_flights(path)
 
 
-def test_one_wrong_value_in_the_facts_is_told_in_one_line(tmp_path):
+def test_one_wrong_value_in_the_facts_is_reported_in_one_line(tmp_path):
     path = tmp_path / "flights.safetensors"
     refused = 0
     for other in single_changes([FACTS]):

@@ -1,9 +1,9 @@
 from collections.abc import Iterator
 
 import gymnasium
-import numpy as np
 import pytest
 
+from stepping import Always
 from touchdown.control.pid import PIDConfig, PIDPolicy
 from touchdown.core.types import FloatArray, IntArray, Policy
 from touchdown.evaluation.evaluator import EpisodeResult, Evaluator
@@ -16,7 +16,7 @@ LANDER_STARTS = [8, 2, 5, 0]
 
 
 class Lean:
-    """Pushes the cart under the pole: it falls after tens of steps, another number each start."""
+    """Pushes the cart under the pole: it falls after tens of steps, as the start decides."""
 
     def act(self, observations: FloatArray) -> IntArray:
         return (observations[:, 2] > 0).astype(int)
@@ -29,16 +29,6 @@ class Balance:
         return (observations @ [0.1, 0.3, 1.0, 1.0] > 0).astype(int)
 
 
-class Always:
-    """One action ever."""
-
-    def __init__(self, action: int) -> None:
-        self.action = action
-
-    def act(self, observations: FloatArray) -> IntArray:
-        return np.full(len(observations), self.action)
-
-
 GAINS = PIDConfig(
     rule="signed",
     kp_vertical=-0.5,
@@ -49,27 +39,27 @@ GAINS = PIDConfig(
 )
 
 
-def test_the_exact_engine_s_fleet_flies_as_stock_s_does():
+def test_the_exact_engine_s_rollouts_are_those_of_stock():
     policy = PIDPolicy(GAINS)
     starts = list(range(40))
-    flown = []
+    rollouts = []
     for engine in ("gymnasium", "exact"):
         evaluator = Evaluator(LANDER, 7, engine)
-        flown.append(evaluator.rollout(policy, starts))
+        rollouts.append(evaluator.rollout(policy, starts))
         evaluator.close()
-    assert flown[0] == flown[1]
-    assert len({result.outcome for result in flown[0]}) > 1
+    assert rollouts[0] == rollouts[1]
+    assert len({result.outcome for result in rollouts[0]}) > 1
 
 
 @pytest.fixture(scope="module")
-def fleets() -> Iterator[dict[str, Evaluator]]:
+def evaluators() -> Iterator[dict[str, Evaluator]]:
     made = {CART: Evaluator(CART, 3), LANDER: Evaluator(LANDER, 3)}
     yield made
     for evaluator in made.values():
         evaluator.close()
 
 
-def fly(env_id: str, num_envs: int, policy: Policy, starts: list[int]) -> list[EpisodeResult]:
+def rollout(env_id: str, num_envs: int, policy: Policy, starts: list[int]) -> list[EpisodeResult]:
     evaluator = Evaluator(env_id, num_envs)
     try:
         return evaluator.rollout(policy, starts)
@@ -106,13 +96,13 @@ def landings() -> list[EpisodeResult]:
     return [plain_loop(LANDER, PIDPolicy(GAINS), start) for start in LANDER_STARTS]
 
 
-# --- equal to a plain loop, whatever flies beside ---
+# --- equal to a plain loop, however many episodes are under way ---
 
 
 @pytest.mark.parametrize("num_envs", [1, 3, 8])
-def test_a_fleet_flies_each_start_as_a_plain_loop_does_whatever_its_slots(num_envs: int):
+def test_a_rollout_equals_a_plain_loop_however_many_environments_it_has(num_envs: int):
     expected = [plain_loop(CART, Lean(), start) for start in CART_STARTS]
-    results = fly(CART, num_envs, Lean(), CART_STARTS)
+    results = rollout(CART, num_envs, Lean(), CART_STARTS)
     assert results == expected
     assert len({result.steps for result in results}) > 3  # they end at different times
     assert [result.seed for result in results] == CART_STARTS
@@ -120,26 +110,26 @@ def test_a_fleet_flies_each_start_as_a_plain_loop_does_whatever_its_slots(num_en
 
 
 @pytest.mark.parametrize("num_envs", [1, 3, 8])
-def test_a_fleet_flies_the_lander_as_a_plain_loop_does_whatever_its_slots(
+def test_a_rollout_of_the_lander_equals_a_plain_loop_however_many_environments_it_has(
     num_envs: int, landings: list[EpisodeResult]
 ):
-    results = fly(LANDER, num_envs, PIDPolicy(GAINS), LANDER_STARTS)
+    results = rollout(LANDER, num_envs, PIDPolicy(GAINS), LANDER_STARTS)
     assert results == landings
     assert len({result.steps for result in results}) == len(LANDER_STARTS)
     assert all(result.fuel > 0 for result in results)
 
 
-def test_a_fleet_flies_again_as_if_it_were_new(fleets: dict[str, Evaluator]):
-    first = fleets[CART].rollout(Lean(), CART_STARTS)
-    assert fleets[CART].rollout(Lean(), CART_STARTS) == first
-    assert fleets[CART].rollout(Lean(), CART_STARTS[::-1]) == first[::-1]
+def test_an_evaluator_rolls_out_again_as_if_it_were_new(evaluators: dict[str, Evaluator]):
+    first = evaluators[CART].rollout(Lean(), CART_STARTS)
+    assert evaluators[CART].rollout(Lean(), CART_STARTS) == first
+    assert evaluators[CART].rollout(Lean(), CART_STARTS[::-1]) == first[::-1]
 
 
 # --- how an episode ended ---
 
 
-def test_a_pole_that_is_held_up_times_out(fleets: dict[str, Evaluator]):
-    (result,) = fleets[CART].rollout(Balance(), [1])
+def test_a_pole_that_is_held_up_times_out(evaluators: dict[str, Evaluator]):
+    (result,) = evaluators[CART].rollout(Balance(), [1])
     assert (result.outcome, result.steps, result.episode_return) == ("timed out", 500, 500.0)
     assert result.fuel == 0  # the cart's actions burn nothing
 
@@ -154,43 +144,43 @@ def test_a_pole_that_is_held_up_times_out(fleets: dict[str, Evaluator]):
     ],
 )
 def test_fuel_is_what_the_engines_cost_a_step(
-    action: int, cost_a_step: float, fleets: dict[str, Evaluator]
+    action: int, cost_a_step: float, evaluators: dict[str, Evaluator]
 ):
-    results = fleets[LANDER].rollout(Always(action), [0, 1])
+    results = evaluators[LANDER].rollout(Always(action), [0, 1])
     for result in results:
         assert result.fuel == pytest.approx(cost_a_step * result.steps)
         assert result.steps > 40
         assert result.outcome in ("crashed", "out of bounds")
 
 
-def test_falling_without_engines_is_a_crash_and_full_thrust_leaves_the_world(
-    fleets: dict[str, Evaluator],
+def test_falling_without_engines_is_a_crash_and_full_thrust_leaves_the_viewport(
+    evaluators: dict[str, Evaluator],
 ):
-    (fallen,) = fleets[LANDER].rollout(Always(rules.IDLE), [3])
+    (fallen,) = evaluators[LANDER].rollout(Always(rules.IDLE), [3])
     assert fallen == plain_loop(LANDER, Always(rules.IDLE), 3)
     assert fallen.outcome == "crashed"
-    burnt = fleets[LANDER].rollout(Always(rules.MAIN_ENGINE), [0, 1, 2, 3])
+    burnt = evaluators[LANDER].rollout(Always(rules.MAIN_ENGINE), [0, 1, 2, 3])
     assert "out of bounds" in {result.outcome for result in burnt}
 
 
 # --- listening ---
 
 
-def test_each_episode_is_announced_once(fleets: dict[str, Evaluator]):
+def test_each_episode_is_announced_once(evaluators: dict[str, Evaluator]):
     announced = []
-    fleets[CART].rollout(Lean(), CART_STARTS, lambda: announced.append(1))
+    evaluators[CART].rollout(Lean(), CART_STARTS, lambda: announced.append(1))
     assert len(announced) == len(CART_STARTS)
 
 
-def test_flying_from_no_starts_asks_no_pilot(fleets: dict[str, Evaluator]):
+def test_a_rollout_from_no_starts_asks_no_policy(evaluators: dict[str, Evaluator]):
     class Never:
         def act(self, observations: FloatArray) -> IntArray:
             raise AssertionError(f"asked about {len(observations)}")
 
-    assert fleets[CART].rollout(Never(), []) == []
+    assert evaluators[CART].rollout(Never(), []) == []
 
 
-def test_the_pilot_sees_only_those_still_flying(fleets: dict[str, Evaluator]):
+def test_the_policy_sees_only_the_episodes_still_under_way(evaluators: dict[str, Evaluator]):
     class Count(Lean):
         def __init__(self) -> None:
             self.seen: list[int] = []
@@ -200,7 +190,7 @@ def test_the_pilot_sees_only_those_still_flying(fleets: dict[str, Evaluator]):
             return super().act(observations)
 
     policy = Count()
-    results = fleets[CART].rollout(policy, CART_STARTS)
+    results = evaluators[CART].rollout(policy, CART_STARTS)
     assert policy.seen[0] == 3
     assert policy.seen[-1] == 1
     assert policy.seen == sorted(policy.seen, reverse=True)

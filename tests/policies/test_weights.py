@@ -54,7 +54,7 @@ def test_facts_come_back_under_the_names_that_they_are_stored_by(path):
 
 
 @pytest.mark.parametrize("name", ["facts", "table"])
-def test_one_wrong_value_in_a_text_is_told_in_one_line(path, name):
+def test_one_wrong_value_in_a_text_is_reported_in_one_line(path, name):
     _, texts = files.read_tensors(path)
     refused = 0
     for other in single_changes(json.loads(texts[name])):

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from stepping import Always
 from touchdown.core import files
 from touchdown.core.errors import UserError
 from touchdown.core.types import Outcome
@@ -25,16 +26,6 @@ from touchdown.render.sprite import FLAME, PUFF
 
 LANDER = "LunarLander-v3"
 COLUMN, ROW = 300, 160  # of the hull that `hovering` holds in place, on the 600-pixel picture
-
-
-class Always:
-    """One action for any observation."""
-
-    def __init__(self, action: int) -> None:
-        self.action = action
-
-    def act(self, observations: np.ndarray) -> np.ndarray:
-        return np.full(len(observations), self.action)
 
 
 def hovering(*actions: int, outcome: Outcome = "timed out") -> Flight:

@@ -36,7 +36,7 @@ def read_all(run):
 
 
 @pytest.mark.parametrize("name", ["evaluation.json", "last.json", "provenance.json"])
-def test_one_wrong_value_in_a_record_is_told_in_one_line(run, name):
+def test_one_wrong_value_in_a_record_is_reported_in_one_line(run, name):
     path = run.path / name
     record = json.loads(path.read_text())
     refused = 0
@@ -49,7 +49,7 @@ def test_one_wrong_value_in_a_record_is_told_in_one_line(run, name):
 
 
 @pytest.mark.parametrize("name", ["episodes.jsonl", "validations.jsonl"])
-def test_one_wrong_value_in_a_line_is_told_in_one_line(run, name):
+def test_one_wrong_value_in_a_line_is_reported_in_one_line(run, name):
     path = run.path / name
     rows = [json.loads(line) for line in path.read_text().splitlines()]
     refused = 0
@@ -109,7 +109,7 @@ def test_a_run_in_short(run):
     assert run_facts(run)["test"]["iqm"]["value"] == facts.test.iqm.value
 
 
-def test_the_metrics_of_an_update_stand_beside_its_counts():
+def test_the_metrics_of_an_update_are_stored_with_its_counts():
     row = UpdateRow(update=50, env_steps=100, metrics={"loss": 0.5, "mean_q": -1.0})
     assert list(row.to_json().items()) == [
         ("update", 50), ("observations", 100), ("loss", 0.5), ("mean_q", -1.0),

@@ -31,9 +31,9 @@ def _known_flights(monkeypatch):
 
 def test_what_is_missing_takes_what_its_kind_took_and_the_flights_after_it(store):
     done, missing, another = job(0), job(1), job(2)
-    write_run(store.runs / done.digest)  # 4,000 observations in 40 seconds
+    write_run(store.runs / done.digest)  # 4,000 env steps in 40 seconds
     found = estimate([done, missing, another], [], store, 2)
-    # five finalists of a hundred flights, then two tests of a hundred
+    # five candidates of a hundred flights, then two tests of a hundred
     seconds = 50_000 / 100 + 500 * 0.01 + 200 * 0.1
     assert found == Estimate(2, 0, env_steps=100_000, seconds=seconds, measured=0)
 

@@ -47,7 +47,7 @@ def test_how_a_study_was_last_run_is_remembered(tmp_path):
     assert stores.list_started(store) == [begun]
 
 
-def test_one_wrong_value_in_what_is_remembered_is_told_in_one_line(tmp_path):
+def test_one_wrong_value_in_what_is_remembered_is_reported_in_one_line(tmp_path):
     store = open_store(tmp_path, make=True)
     store.note_failure("abc", "it diverged")
     stores.note_started(store, StartedStudy("ladder", "full", 7, None))

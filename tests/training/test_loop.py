@@ -37,7 +37,7 @@ def value_iteration(chain) -> np.ndarray:
     return q
 
 
-def learnt_values(agent: DQNAgent) -> np.ndarray:
+def learned_values(agent: DQNAgent) -> np.ndarray:
     """Q(s,·) of each one-hot state."""
     return agent.learner.values(np.eye(5, dtype=np.float32), 0)
 
@@ -79,15 +79,15 @@ def test_on_a_chain_of_five_states_the_agent_learns_the_values_of_value_iteratio
         }
         | learning,
     )
-    assert not np.allclose(learnt_values(agent), value_iteration(chain), atol=1)
+    assert not np.allclose(learned_values(agent), value_iteration(chain), atol=1)
     taught(agent, chain(), 3_000)
     scale = learning.get("reward_scale", 1.0)
-    assert_allclose(learnt_values(agent) / scale, value_iteration(chain), atol=0.05)
+    assert_allclose(learned_values(agent) / scale, value_iteration(chain), atol=0.05)
     assert agent.model.policy(agent.params()).act(np.eye(5, dtype=np.float32)).tolist() == [1] * 5
 
 
 class Cut:
-    """Pays 1 a step, and ends after every second step: the world does, or the time."""
+    """Pays 1 a step; every second step terminates or truncates the episode."""
 
     def __init__(self, *, terminated: bool) -> None:
         self.terminated = terminated
@@ -108,11 +108,11 @@ class Cut:
 @pytest.mark.parametrize(
     ("terminated", "values"),
     [
-        (False, [2.0, 2.0]),  # 1/(1 − ½): time's limit is no end of the world
+        (False, [2.0, 2.0]),  # 1/(1 − ½): a time limit does not terminate
         (True, [1.5, 1.0]),  # 1 + ½·1, and 1
     ],
 )
-def test_a_world_that_is_only_ever_truncated_is_worth_its_reward_forever(
+def test_an_environment_that_only_truncates_is_worth_its_reward_forever(
     terminated: bool, values: list[float], new_agent: NewAgent
 ):
     agent = new_agent(
@@ -125,7 +125,7 @@ def test_a_world_that_is_only_ever_truncated_is_worth_its_reward_forever(
         },
     )
     taught(agent, Cut(terminated=terminated), 1_000)
-    assert_allclose(learnt_values(agent)[:2].max(axis=1), values, atol=0.01)
+    assert_allclose(learned_values(agent)[:2].max(axis=1), values, atol=0.01)
 
 
 # --- the loop itself ---
@@ -202,7 +202,7 @@ def test_the_loop_tells_the_agent_all_that_happens_in_order(chain):
     assert all(isinstance(step, AgentStep) for step in steps)
 
 
-def test_worlds_side_by_side_each_begin_the_next_episode_when_theirs_ends(chain):
+def test_each_environment_begins_its_next_episode_when_one_ends(chain):
     agent = Script()
     steps = list(
         islice(fly(agent, chain(), chain(), chain(), start_of=(4, 3, 2, 1, 0, 3).__getitem__), 3)
@@ -253,10 +253,10 @@ def test_episodes_under_way_are_kept_as_they_would_be_one_by_one():
         assert underway.steps[index] == len(wanted.actions)
 
 
-def test_an_episode_that_was_told_of_stays_as_it_was():
+def test_an_episode_that_was_handed_out_stays_as_it_was():
     underway = Underway([Episode(0, np.zeros(2))])
-    told = underway.episode(0)
+    episode = underway.episode(0)
     over = np.zeros(1, bool)
     underway.add(np.arange(1), np.ones(1, int), StepResult(np.ones((1, 2)), np.ones(1), over, over))
-    assert told == Episode(0, told.observation, [], 0.0)
-    assert told.observation.tolist() == [0.0, 0.0]
+    assert episode == Episode(0, episode.observation, [], 0.0)
+    assert episode.observation.tolist() == [0.0, 0.0]

@@ -60,7 +60,7 @@ def test_what_is_saved_comes_back(saved):
     assert progress.record_sizes == SIZES
 
 
-def test_one_wrong_value_in_the_state_is_told_in_one_line(saved):
+def test_one_wrong_value_in_the_state_is_reported_in_one_line(saved):
     record = json.loads((saved / "state.json").read_text())
     refused = 0
     for other in single_changes(record):

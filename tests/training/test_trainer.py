@@ -180,7 +180,7 @@ def test_returns_of_several_steps_and_priorities_go_on_in_mid_flight_too(tmp_pat
     assert_same_run(whole, stopped)
 
 
-def test_worlds_side_by_side_each_go_on_in_mid_flight(tmp_path):
+def test_each_environment_of_a_pool_goes_on_in_mid_flight(tmp_path):
     config = small_config(episodes=12, num_envs=4)
     config = replace(
         config,
@@ -224,7 +224,7 @@ def test_a_run_stopped_in_its_last_flight_finishes_it(tmp_path):
     assert len(episodes_of(folder)) == 1
 
 
-def test_a_world_that_does_not_come_to_the_same_place_is_not_gone_on_with(tmp_path):
+def test_an_episode_that_does_not_come_to_the_same_place_is_not_resumed(tmp_path):
     config = replace(small_config(), env_id="LunarLander-v3")
     folder = folders.create(tmp_path, config, "moved")
     with pytest.raises(Interrupted):
@@ -233,7 +233,7 @@ def test_a_world_that_does_not_come_to_the_same_place_is_not_gone_on_with(tmp_pa
     tensors, _ = files.read_tensors(newest / "underway.safetensors")
     data = save({**tensors, "0.observation": tensors["0.observation"] + 1})
     (newest / "underway.safetensors").write_bytes(data)
-    state = files.read_json(newest / "state.json")
+    state = json.loads((newest / "state.json").read_text())
     state["sha256"]["underway"] = hashlib.sha256(data).hexdigest()
     (newest / "state.json").write_text(files.to_json(state))
     with pytest.raises(UserError, match="does not come to the same place"):
@@ -256,7 +256,7 @@ def test_lines_written_after_the_last_checkpoint_are_not_there_twice(finished, t
 def test_a_run_stopped_while_choosing_chooses_the_same(finished, tmp_path):
     folder = folders.create(tmp_path, small_config(), "choosing")
     with pytest.raises(Interrupted):
-        train(folder, after(13))  # asked once an episode, then once a finalist
+        train(folder, after(13))  # asked once an episode, then once a candidate
     assert len(episodes_of(folder)) == 12
     train(folder)
     assert_same_run(finished, folder)
@@ -421,7 +421,7 @@ def test_a_run_on_stock_gymnasium_is_the_same_run(tmp_path, monkeypatch):
         monkeypatch.setattr("touchdown.lander.engine._chosen", [engine])
         runs.append(folders.create(tmp_path, config, engine))
         train(runs[-1])
-        assert files.read_json(runs[-1].provenance)["engine"] == engine
+        assert json.loads(runs[-1].provenance.read_text())["engine"] == engine
     assert_same_run(*runs)
 
 
@@ -470,7 +470,7 @@ def pqn_config(env_id: str) -> Config:
 
 OTHERS = {
     "a table": table_config("tabular-q"),
-    "sarsa in three worlds": table_config("tabular-sarsa", num_envs=3),
+    "sarsa in three environments": table_config("tabular-sarsa", num_envs=3),
     "expected sarsa": table_config("tabular-expected-sarsa"),
     "a plan": table_config("value-iteration"),
     "a lander cut into states": lander_table(),
@@ -593,7 +593,7 @@ def test_a_mean_just_above_the_threshold_leaves_doubt(tmp_path, monkeypatch):
     assert len(files.read_jsonl(folder.episodes)) == 20
 
 
-def test_a_world_without_a_threshold_cannot_be_solved():
+def test_an_environment_without_a_threshold_cannot_be_solved():
     config = replace(solving_config(), env_id="Pendulum-v1")
     with pytest.raises(UserError, match="stop_when_solved = True: must be False for env_id = 'Pen"):
         selection.stop_threshold(config)

@@ -54,7 +54,7 @@ NB_MODULE(_fused, m) {
            "q"_a.noconvert())
       .def("learn", &Perceptron::learn, "online"_a.noconvert(), "target"_a.noconvert().none(),
            "mu"_a.noconvert(), "nu"_a.noconvert(), "num_updates"_a, "rates"_a.noconvert(),
-           "words"_a.noconvert(), "weights"_a.noconvert().none(), "td_error"_a.noconvert(),
+           "packed"_a.noconvert(), "weights"_a.noconvert().none(), "td_error"_a.noconvert(),
            "huber"_a, "double_q"_a, "sarsa"_a, "reward_scale"_a, "max_grad_norm"_a, "polyak"_a)
       .def("fit", &Perceptron::fit, "online"_a.noconvert(), "mu"_a.noconvert(), "nu"_a.noconvert(),
            "num_updates"_a, "rates"_a.noconvert(), "o_tm1"_a.noconvert(), "a_tm1"_a.noconvert(),

@@ -74,13 +74,13 @@ class Perceptron {
 
   MetricsTuple learn(const Vector<float>& online, const std::optional<Vector<float>>& target,
                      const Vector<float>& mu, const Vector<float>& nu, std::int64_t num_updates,
-                     const Vector<const float>& rates, const Batches& words,
+                     const Vector<const float>& rates, const Batches& packed,
                      const std::optional<Matrix<const float>>& weights,
                      const Matrix<float>& td_error, bool huber, bool double_q, bool sarsa,
                      float reward_scale, float max_grad_norm, float polyak) {
     const auto fields = transition_fields(static_cast<std::size_t>(network_.num_observations));
-    need(words.shape(2), fields.size, "a record");
-    const Samples samples = packed_samples(words.data(), network_.num_observations);
+    need(packed.shape(2), fields.size, "a transition");
+    const Samples samples = packed_samples(packed.data(), network_.num_observations);
     Rule rule;
     rule.huber = huber;
     rule.double_q = double_q;
@@ -89,7 +89,7 @@ class Perceptron {
     rule.max_grad_norm = max_grad_norm;
     rule.polyak = polyak;
     if ((double_q || polyak > 0.0f) && !target) refuse("target = None: must be given");
-    const std::size_t count = words.shape(0), batch_size = words.shape(1);
+    const std::size_t count = packed.shape(0), batch_size = packed.shape(1);
     for (std::size_t i = 0; i < count * batch_size; ++i) {
       need_action(samples.a_tm1[i * samples.stride]);
       if (sarsa) need_action(samples.a_t[i * samples.stride]);

@@ -31,7 +31,7 @@ class Actor:
         self.next_q: Any | None = None
         """Q(s,·) for the coming actions, [N, A], where an update computed it already.
 
-        An array of JAX's may still be computing: it is waited for only if an action is greedy.
+        JAX may still be computing it: it is waited for only if an action is greedy.
         """
         self._explorer = EpsilonGreedy(config.exploration, num_actions, rng)
         self._metrics_period = config.training.metrics_period

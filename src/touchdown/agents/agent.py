@@ -1,4 +1,4 @@
-"""What training asks of an agent, whatever it learns and however it learns it."""
+"""The contract between training and an agent, and that of the model which the agent learns."""
 
 from collections.abc import Mapping
 from typing import Any, Protocol

@@ -25,7 +25,7 @@ def _proportional(config: ReplayConfig) -> Proportional | None:
 
 
 class DQNAgent:
-    """Algorithm 2 with the paper's target network and re-saved rewards, each by its own field.
+    """Algorithm 2, with the paper's target network and re-saved rewards where the config asks.
 
     Args:
         config: all settings.
@@ -125,7 +125,7 @@ class DQNAgent:
                 self.replay.add(transition)
 
     def _action_after(self, observation: FloatArray) -> int:
-        """The action that a truncated episode would have gone on with, if the TD target needs it.
+        """The action that a truncated episode would have taken next, if the TD target needs it.
 
         Args:
             observation: the episode's last, [D].

@@ -48,8 +48,8 @@ def in_blocks(
 ) -> NDArray[Any]:
     """Apply a function of observations to blocks of a fixed size.
 
-    So it is compiled once for any number of observations, and the result for one does not depend on
-    how many there are (another shape may round differently).
+    It is then compiled once for any number of observations, and the result for one does not depend
+    on how many there are (another shape may round differently).
 
     Args:
         function: [rows, D] to [rows, ...].

@@ -142,7 +142,7 @@ class QNetwork:
     def layers(self, params: Params | FloatArray) -> dict[str, jax.Array]:
         """Parameters by name: `layers.0.weight` [out, in], `layers.0.bias` [out], and so on.
 
-        Normalization layers add `norms.0.weight`, a dueling head `value.weight` and
+        Normalisation layers add `norms.0.weight`, a dueling head `value.weight` and
         `advantage.weight`, noisy weights `layers.0.weight_sigma` and `layers.0.bias_sigma`.
         """
         leaves = jax.tree.leaves(self._unravel(jnp.asarray(params)))

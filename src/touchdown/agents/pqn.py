@@ -1,7 +1,7 @@
 """PQN: Q-learning without a replay memory or a target network, in many environments at once.
 
 Gallici et al., 2025: λ-returns over a short rollout of all environments, a few epochs of
-minibatches, and layer normalization, which stabilizes bootstrapping in place of a target network.
+minibatches, and layer normalisation, which stabilises bootstrapping in place of a target network.
 """
 
 from collections.abc import Mapping

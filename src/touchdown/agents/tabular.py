@@ -7,7 +7,6 @@ import numpy as np
 
 from touchdown.agents import exploration, planning, tabular_targets
 from touchdown.agents.actor import Actor, periods_crossed
-from touchdown.agents.planning import plan_of
 from touchdown.agents.qtable import QTable
 from touchdown.agents.states import states_of
 from touchdown.config.config import Config
@@ -29,7 +28,7 @@ class TabularAgent:
 
     def __init__(self, config: Config, spaces: Spaces, streams: Streams) -> None:
         self._config = config
-        self._plan = plan_of(config, spaces)
+        self._plan = planning.plan_of(config, spaces)
         self._states = states_of(config.table, spaces)
         self._actor = Actor(config, spaces.num_actions, streams.exploration)
         self.model = QTable(self._states, spaces.num_actions, config.table)
@@ -111,7 +110,7 @@ class TabularAgent:
                 loss = self._update(*step, terminated=True)
             elif not sarsa:
                 loss = self._update(*step)
-            elif ended[index]:  # truncated: the action that the episode would have gone on with
+            elif ended[index]:  # truncated: the action that would have come next
                 a_t = int(self.act(steps.observations[index][None])[0])
                 loss = self._update(*step, a_t=a_t)
         return loss

@@ -109,7 +109,7 @@ def quantile_loss(
 
     Args:
         theta_tm1: quantiles of the return of the action taken, at τᵢ = (i + ½) / Z.
-        target: r + γ·θ′ⱼ, quantiles of what they are pulled to.
+        target: r + γ·θ′ⱼ, the quantiles that they are pulled towards.
     """
     count = theta_tm1.shape[-1]
     tau = (jnp.arange(count) + 0.5) / count
@@ -126,7 +126,7 @@ def categorical_projection(
 ) -> Float[Array, "B Z"]:
     """Φᵢ = Σⱼ pⱼ·[1 − |r + γ·zⱼ − zᵢ| / Δz]₀   (Bellemare, Dabney & Munos, 2017, Eq. 7).
 
-    What r + γ·zⱼ, cut to the support's ends, has of probability goes to the atoms on both sides.
+    The probability of r + γ·zⱼ, clipped to the support, is shared between its two nearest atoms.
 
     Args:
         support: z, atoms at equal distances Δz, least first.
@@ -150,7 +150,7 @@ def categorical_loss(
 
     Args:
         log_p_tm1: logarithms of the atoms' probabilities for the action taken.
-        target_p: Φ, the projected probabilities that they are pulled to.
+        target_p: Φ, the projected probabilities that they are pulled towards.
     """
     return -jnp.sum(target_p * log_p_tm1, axis=-1)
 

@@ -7,7 +7,8 @@ from rich.console import Console
 from touchdown.api.policies import PolicyLike, find_policy
 from touchdown.core import progress
 from touchdown.core.errors import UserError
-from touchdown.core.seeding import TEST_STARTS, check_seed
+from touchdown.core.seeding import check_seed
+from touchdown.core.starts import TEST_STARTS
 from touchdown.envs import recorder
 from touchdown.envs.flight import Flight
 from touchdown.evaluation import evaluation as evaluations

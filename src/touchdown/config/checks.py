@@ -30,7 +30,7 @@ def is_plain_name(name: str) -> bool:
 
 
 def settle(section: Any) -> None:
-    """Refuse a value that its field's type or bounds exclude, and make equal values alike.
+    """Refuse values that their fields' types or bounds exclude, and make equal values identical.
 
     1 and 1.0, a list and a tuple, NumPy's scalars and Python's: the same setting, one digest.
 

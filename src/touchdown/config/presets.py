@@ -43,7 +43,7 @@ _TARGET = _with(_DQN, learning={"target_period": 1_000})
 _RESAVED: dict[str, Any] = {"resaves": 10, "resave_threshold": 99.0}
 _PILOT = _with(
     _DQN,
-    replay={"resave_threshold": 99.0},  # it still names what is counted as rewarded
+    replay={"resave_threshold": 99.0},  # it still decides what counts as rewarded
     learning={"reward_scale": 0.1, "learning_rate": 5e-4, "target_period": 800},
     training={
         "episodes": 5_000,
@@ -52,8 +52,8 @@ _PILOT = _with(
         "candidate_checkpoints": 8,
     },
 )
-# The field's parts are shown with 16 environments and an update every fourth observation, which
-# takes a third of `pilot`'s time.
+# The field's variants are shown with 16 environments and an update every fourth environment step,
+# which takes a third of `pilot`'s time.
 _VECTOR = _with(
     _PILOT,
     learning={"update_period": 4, "learning_rate_duration": 45_000},
@@ -308,7 +308,7 @@ _NAMED: dict[str, tuple[str, Config]] = {
             learning={
                 "learning_rate_duration": 100_000,
                 "batch_size": 128,
-                # the goal is far from the start: its news must travel
+                # the goal is far from the start: its value must travel
                 "n_step": 5,
                 "target_period": 1_000,
             },

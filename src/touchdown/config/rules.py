@@ -30,7 +30,7 @@ class Sections(Protocol):
 
 
 _STEP_SIZE = {"learning_rate", "learning_rate_end", "learning_rate_duration"}
-# the fields that an algorithm looks at; None is a whole section, one left out none of it
+# the fields that an algorithm reads, by section: None is all of them, a section left out none
 _USED: dict[Algorithm, dict[str, frozenset[str] | None]] = {
     "dqn": {"network": None, "replay": None, "learning": None},
     "pqn": {
@@ -63,7 +63,7 @@ def check_together(config: Sections) -> None:
     """
     if config.network.quantiles and config.learning.loss != "huber":
         raise ValueError(
-            f"loss = {config.learning.loss!r}: must be huber beside quantiles = "
+            f"loss = {config.learning.loss!r}: must be huber with quantiles = "
             f"{config.network.quantiles}, whose loss is Huber's"
         )
     if config.learning.backend == "fused":

@@ -54,8 +54,8 @@ class NetworkConfig:
     v_max: float = 10.0
     """Greatest of the atoms; returns above count as it (scaled reward units)."""
     noisy: bool = False
-    """Weights that learning draws anew around learnt means, to explore by (Fortunato et al., 2018);
-    greedy flights take the means."""
+    """Weights drawn anew around learned means at each update, for exploration (Fortunato et al.,
+    2018); the greedy policy takes the means."""
     noisy_sigma: Positive = 0.5
     """σ₀: deviation of noisy weights at the start, times the root of the layer's inputs."""
 
@@ -69,7 +69,7 @@ class NetworkConfig:
         check(self, "v_min", ok=below, wanted=f"below v_max = {self.v_max}")
         if self.atoms and self.quantiles:
             raise ValueError(
-                f"atoms = {self.atoms}: must be 0 beside quantiles = {self.quantiles}; "
+                f"atoms = {self.atoms}: must be 0 with quantiles = {self.quantiles}; "
                 "a return is described by one or the other, not both"
             )
 
@@ -118,8 +118,8 @@ class ExplorationConfig:
     """Floor of ε for the linear and the exponential schedule (probability)."""
     epsilon_decay: Share = 0.975
     """Factor on ε after each episode, for the exponential schedule."""
-    epsilon_duration: Annotated[int, Meta(ge=1, description="at least 1 observation")] = 50_000
-    """Observations from epsilon_start to epsilon_end, for the linear schedule."""
+    epsilon_duration: Annotated[int, Meta(ge=1, description="at least 1 env step")] = 50_000
+    """Environment steps from epsilon_start to epsilon_end, for the linear schedule."""
 
     def __post_init__(self) -> None:
         settle(self)
@@ -159,9 +159,9 @@ class LearningConfig:
     target: Literal["q-learning", "sarsa", "expected-sarsa"] = "q-learning"
     """What the TD target takes of the next action values: the greatest, the one of the action that
     came next (appendix A), or their mean over the ε-greedy policy."""
-    update_period: Annotated[int, Meta(ge=1, description="at least 1 observation")] = 1
-    """Observations between updates (Algorithm 2: 1); with 32 environments, 16 makes two updates
-    each time that all of them have taken a step."""
+    update_period: Annotated[int, Meta(ge=1, description="at least 1 env step")] = 1
+    """Environment steps between updates (Algorithm 2: 1); with 32 environments, 16 makes two
+    updates each time that all of them have taken a step."""
     gradient_steps: Annotated[
         int, Meta(ge=1, le=MOST_N_STEP, description=f"1 to {MOST_N_STEP} updates")
     ] = 1
@@ -182,8 +182,8 @@ class LearningConfig:
         settle(self)
         if self.polyak and self.target_period:
             raise ValueError(
-                f"polyak = {self.polyak}: must be 0 beside target_period = {self.target_period}; "
-                "a target network is copied or follows, not both"
+                f"polyak = {self.polyak}: must be 0 with target_period = {self.target_period}; "
+                "a target network is copied or updated softly, not both"
             )
         if self.double and not self.has_target:
             raise ValueError(
@@ -192,8 +192,8 @@ class LearningConfig:
             )
         if self.double and self.target != "q-learning":
             raise ValueError(
-                f"double = True: must be False beside target = {self.target!r}; nothing is left to "
-                "select where the next action is given"
+                f"double = True: must be False with target = {self.target!r}, which gives "
+                "the next action, so that nothing is left to select"
             )
 
     @property
@@ -265,7 +265,7 @@ class TrainingConfig:
     max_env_steps: Annotated[int, Meta(ge=0)] = 0
     """Training also ends with the episode that reaches this many environment steps; 0: no limit."""
     validation_period: AtLeastOne = 10_000
-    """Observations between validations: greedy episodes from validation starts."""
+    """Environment steps between validations: greedy episodes from validation starts."""
     validation_episodes: AtLeastOne = 20
     """Validation starts of each validation."""
     candidate_checkpoints: AtLeastOne = 5

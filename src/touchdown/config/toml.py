@@ -92,7 +92,7 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 
 def from_values(values: Mapping[str, Any], base: ConfigLike, path: Path) -> ConfigLike:
-    """The config that a TOML file's values make of `base`; `path` is named in errors.
+    """`base` with the values of a TOML file; `path` is named in errors.
 
     Raises:
         UserError: an unknown field, a refused value, another format version.

@@ -9,7 +9,7 @@ from msgspec import Meta
 from touchdown.config.checks import settle
 from touchdown.core.types import FloatArray, IntArray
 
-# the lander's actions, and the indices of its observation, as gymnasium numbers them
+# the lander's actions, and the indices of its observation, as Gymnasium numbers them
 _IDLE, _LEFT, _MAIN, _RIGHT = range(4)
 _X, _Y, _VX, _VY, _ANGLE, _ANGULAR_VELOCITY = range(6)
 
@@ -21,7 +21,7 @@ class PIDConfig:
     """Gains of Eq. 10, the dead band, and the rule that chooses the main engine.
 
     u_vy has the setpoint 0 for the vertical velocity and the height. u_φ has the setpoint x + v_x
-    for the angle φ. Eq. 10 takes measurements rather than errors, and gymnasium counts angles
+    for the angle φ. Eq. 10 takes measurements rather than errors, and Gymnasium counts angles
     counter-clockwise, so the gains carry the signs. Units are those of the observation: positions
     in 10 m (x) and 6.67 m (y), velocities in 5 m/s (x) and 7.5 m/s (y), angles in radians, angular
     velocity in 2.5 rad/s. Control values have no unit.

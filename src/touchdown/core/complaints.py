@@ -1,4 +1,4 @@
-"""What is wrong with a value that should have a type, in words for the person who can mend it."""
+"""What is wrong with a value that should be of a type, in words for whoever can correct it."""
 
 import dataclasses
 import math
@@ -22,7 +22,7 @@ _PLAIN: dict[Any, tuple[tuple[type, ...], str]] = {
     tuple: ((list, tuple), "a list"),
     type(None): ((type(None),), "null"),
 }
-"""What may stand for a type, and its words; all others are objects."""
+"""What is accepted as a type, and the type in words; all other types are objects."""
 
 
 def complaint(value: object, kind: Any, name: str = "") -> str | None:
@@ -31,8 +31,8 @@ def complaint(value: object, kind: Any, name: str = "") -> str | None:
     Args:
         value: of plain types, as it was read.
         kind: the type that it should have: plain ones, lists, dictionaries, records, and unions
-            and choices of them. Bounds stand in `msgspec.Meta`. Its title, where it has one, says
-            the type in better words than follow from it, and its description the bounds.
+            and choices of them. Bounds are those of its `msgspec.Meta`, whose title and
+            description, where it has them, replace the words for the type and for the bounds.
         name: of the value; parts of it are named by a dotted path.
 
     Returns:
@@ -120,7 +120,7 @@ def _is_finite(value: float) -> bool:
 
 class _Field(NamedTuple):
     name: str
-    """As it stands in a file."""
+    """As in a file."""
     kind: Any
     required: bool
 

@@ -65,7 +65,7 @@ def write_folder_atomic(path: Path, write: Callable[[Path], object]) -> None:
 
 @contextmanager
 def refusing(where: str) -> Generator[None]:
-    """Turn what the system says against writing, within the block, into a line for the user.
+    """Turn an error of the system while the block writes into one line for the user.
 
     Args:
         where: what cannot be written, such as its path.
@@ -87,7 +87,7 @@ def read_bytes(path: Path, most: int) -> bytes:
         most: bytes that it may have.
 
     Raises:
-        UserError: it is missing, no file, or has more bytes.
+        UserError: it is missing, not a file, or has more bytes.
     """
     try:
         size = path.stat().st_size
@@ -96,15 +96,6 @@ def read_bytes(path: Path, most: int) -> bytes:
         return path.read_bytes()
     except OSError as error:
         raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
-
-
-def read_json(path: Path) -> dict[str, Any]:
-    """A JSON file that holds one object of any kind.
-
-    Raises:
-        UserError: it is missing, cut off, or holds something else.
-    """
-    return records.decode_json(path, dict[str, Any])
 
 
 def read_jsonl(path: Path) -> list[dict[str, Any]]:

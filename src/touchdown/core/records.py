@@ -1,8 +1,7 @@
 """Reading what is on disk into typed records: a wrong value is refused in one line that names it.
 
-A record is a `msgspec.Struct` or a frozen dataclass. Its fields have the names that stand in the
-file, or are renamed to them; fields that it does not know are passed over, so that what a later
-version adds does no harm.
+A record is a `msgspec.Struct` or a frozen dataclass. Its fields have the names that the file uses,
+or are renamed to them. Unknown fields are ignored, so that what a later version adds does no harm.
 """
 
 from collections.abc import Sequence
@@ -36,7 +35,7 @@ def decode(data: bytes | str, kind: type[Record], where: object) -> Record:
         where: named in errors, such as the file's path.
 
     Raises:
-        UserError: the text is no JSON, or a value in it is wrong.
+        UserError: the text is not JSON, or a value in it is wrong.
     """
     try:
         return _decoder(kind).decode(data)
@@ -103,7 +102,7 @@ def decode_jsonl(path: Path, kind: type[Record]) -> list[Record]:
         kind: the type of a line's record.
 
     Raises:
-        UserError: the file is missing, or a whole line is no such record.
+        UserError: the file is missing, or a whole line is not such a record.
     """
     data = _read(path)
     whole = data[: data.rfind(b"\n") + 1]

@@ -5,17 +5,7 @@ from typing import NamedTuple
 from numpy.random import Generator, SeedSequence, default_rng
 
 from touchdown.core.errors import UserError
-from touchdown.core.starts import TEST_STARTS, TRAINING_STARTS, VALIDATION_STARTS
-
-__all__ = [
-    "TEST_STARTS",
-    "TRAINING_STARTS",
-    "VALIDATION_STARTS",
-    "Streams",
-    "streams",
-    "training_start",
-    "tuning_starts",
-]
+from touchdown.core.starts import TRAINING_STARTS
 
 _STARTS, _TUNING = 101, 102  # spawn keys far from the streams', so a new stream changes no start
 

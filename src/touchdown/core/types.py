@@ -34,7 +34,7 @@ class ValuePolicy(Policy, Protocol):
 
 
 class Spaces(NamedTuple):
-    """What an agent needs to know of an environment."""
+    """What an agent needs to know about an environment."""
 
     observation_size: int
     """D"""

@@ -1,4 +1,4 @@
-"""Making an environment, and what an agent needs to know of it."""
+"""Making an environment, and what an agent needs to know about it."""
 
 import warnings
 from typing import Any, NamedTuple, cast
@@ -17,7 +17,7 @@ Env = gymnasium.Env[Any, Any]
 
 
 class MadeEnv(NamedTuple):
-    """An environment, and what an agent needs to know of it."""
+    """An environment, and what an agent needs to know about it."""
 
     env: Env
     spaces: Spaces
@@ -31,7 +31,7 @@ def make_env(
     """A Gymnasium environment with a flat Box observation and Discrete actions.
 
     A Discrete observation becomes a Box: one-hot. An environment without a time limit is truncated
-    after 1,000 steps, because a greedy policy may go round in circles for ever.
+    after 1,000 steps, because a greedy policy may go round in circles forever.
 
     Args:
         env_id: Gymnasium's id.
@@ -39,7 +39,7 @@ def make_env(
         engine: what simulates the lander; other environments are always Gymnasium's own.
 
     Raises:
-        UserError: there is no such environment, it cannot be made, or its spaces are others.
+        UserError: there is no such environment, it cannot be made, or it has other spaces.
     """
     try:
         with warnings.catch_warnings():
@@ -90,16 +90,15 @@ def _describe(env: Env, num_states: int | None) -> Spaces:
 
 
 def _exact_lander(render_mode: str | None) -> Env:
-    # where the engine was not built there is nothing to import
-    from touchdown.lander.single import LanderEnv  # noqa: PLC0415
+    from touchdown.lander.single import LanderEnv  # noqa: PLC0415 - if the engine was built
 
     return LanderEnv(render_mode, max_episode_steps=MAX_EPISODE_STEPS)
 
 
 def spaces_of(env_id: str, engine: Engine = "gymnasium") -> Spaces:
-    """What an agent needs to know of an environment.
+    """What an agent needs to know about an environment.
 
-    Gymnasium's environments are made for it, and closed again.
+    The environment is made for this, and closed again.
 
     Raises:
         UserError: as `make_env`.

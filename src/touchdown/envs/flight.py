@@ -62,9 +62,9 @@ class Flight:
     steps_per_second: int
     """Steps per second of simulated time."""
     bodies: NDArray[np.float32] | None = None
-    """[T + 1, 3, 3]: hull, leg, leg, each x, y (metres) and angle (radians); only the lander."""
+    """[T + 1, 3, 3]: hull, leg, leg, each x, y (metres) and angle (radians); the lander only."""
     terrain: Terrain | None = None
-    """The ground; only the lander."""
+    """The ground; the lander only."""
     frames: tuple[bytes, ...] | None = None
     """T + 1 PNG files drawn by the environment; None for the lander, drawn from `bodies`."""
 

@@ -9,7 +9,8 @@ from touchdown.lander.rules import is_lander
 def outcome_of(env_id: str, observation: FloatArray, reward: float, *, terminated: bool) -> Outcome:
     """How an episode ended, from its last step.
 
-    The lander's last reward is exactly +100 where it came to rest, -100 where it hit or left.
+    The lander's last reward is exactly +100 where it came to rest, and -100 where it crashed or
+    flew out of bounds.
     """
     if not terminated:
         return "timed out"

@@ -20,7 +20,7 @@ class EnvPool(Protocol):
 
     @property
     def spaces(self) -> Spaces:
-        """What an agent needs to know of the environment."""
+        """What an agent needs to know about the environment."""
         ...
 
     def reset(self, index: int, seed: int) -> FloatArray:
@@ -98,8 +98,7 @@ def _listed(numbers: IntArray) -> list[int]:
 
 class _ExactEnvPool:
     def __init__(self, num_envs: int, spaces: Spaces) -> None:
-        # where the engine was not built there is nothing to import
-        from touchdown.lander._engine import Batch  # noqa: PLC0415
+        from touchdown.lander._engine import Batch  # noqa: PLC0415 - if it was built
 
         self.spaces = spaces
         num_threads = min(threads.threads(), -(-num_envs // _ENVS_PER_THREAD))

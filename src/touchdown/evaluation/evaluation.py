@@ -9,7 +9,7 @@ from msgspec import Meta, Struct
 
 from touchdown.core import files, records
 from touchdown.envs.outcome import threshold_of
-from touchdown.evaluation.evaluator import EpisodeResult, Evaluator, Observer
+from touchdown.evaluation.evaluator import NUM_ENVS, EpisodeResult, Evaluator, Observer
 from touchdown.lander import rules
 from touchdown.policies.facts import WeightsFacts
 from touchdown.policies.named import NamedPolicy
@@ -74,8 +74,12 @@ def evaluate_policy(
         evaluator: ready for the policy's environment; a new one is made if None.
         on_episode: called after each episode.
         observer: sees each observation on the way; see `Evaluator.rollout`.
+
+    Raises:
+        UserError: the policy's environment cannot be made.
+        ValueError: there are no starts.
     """
-    own = evaluator or Evaluator(policy.env_id, min(len(starts), 32))
+    own = evaluator or Evaluator(policy.env_id, min(len(starts), NUM_ENVS))
     try:
         episodes = own.rollout(policy.policy, starts, on_episode, observer)
     finally:
@@ -114,7 +118,7 @@ def read_evaluations(path: Path) -> list[Evaluation]:
     """What `write_evaluations` wrote, at least one.
 
     Raises:
-        UserError: the file is broken or of another version.
+        UserError: the file is missing, broken or of another version.
     """
     return records.decode_json(path, _EvaluationFile, FORMAT_VERSION).evaluations
 

@@ -19,7 +19,7 @@ Observer = Callable[[IntArray, FloatArray], object]
 `starts` of the episodes that have one, [K], and their observations, [K, D]."""
 
 NUM_ENVS = 32
-"""Environments in a pool: enough to share the cost of a network's call."""
+"""Environments in a pool: enough to spread the cost of calling a network."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +45,9 @@ class Evaluator:
         env_id: Gymnasium's id.
         num_envs: environments stepped together; no result depends on it.
         engine: simulates the lander; results are the same to the last bit.
+
+    Raises:
+        UserError: there is no such environment, or it cannot be made.
     """
 
     def __init__(

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchdown.core.errors import UserError
-from touchdown.core.seeding import TRAINING_STARTS
+from touchdown.core.starts import TRAINING_STARTS
 from touchdown.core.types import ValuePolicy
 from touchdown.envs import environment
 from touchdown.envs.pool import make_pool

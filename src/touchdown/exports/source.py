@@ -6,7 +6,7 @@ from pathlib import Path
 
 from touchdown.config import presets
 from touchdown.config.config import Config
-from touchdown.core.seeding import TEST_STARTS
+from touchdown.core.starts import TEST_STARTS
 from touchdown.evaluation import evaluation as evaluations
 from touchdown.evaluation.evaluation import Evaluation
 from touchdown.policies import weights as policy_weights

@@ -47,8 +47,7 @@ def make_vec(
         ValueError: a number is out of range.
     """
     if _is_exact(engine):
-        # where the engine was not built there is nothing to import
-        from touchdown.lander.vector import LanderVectorEnv  # noqa: PLC0415
+        from touchdown.lander.vector import LanderVectorEnv  # noqa: PLC0415 - if it was built
 
         return LanderVectorEnv(
             num_envs, autoreset_mode=autoreset_mode, num_threads=num_threads, **settings

@@ -1,4 +1,4 @@
-"""What is known of a policy's weights: when they were taken, and how well they did since."""
+"""What is known about a policy's weights: when they were taken, and how well they have done."""
 
 import msgspec
 
@@ -12,7 +12,7 @@ class WeightsFacts(
     omit_defaults=True,
     rename={"env_steps": "observations"},
 ):
-    """What is kept beside a policy's weights, as far as it is known."""
+    """What is kept with a policy's weights, as far as it is known."""
 
     env_steps: Count | None = None
     """Of training, when the weights were taken."""

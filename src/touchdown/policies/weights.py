@@ -85,7 +85,7 @@ def load_weights(path: Path) -> NamedPolicy:
     """A policy from a file of `save_weights`.
 
     Raises:
-        UserError: it is cut off, of another version, or no policy of ours.
+        UserError: it is cut off, of another version, or not a policy of ours.
     """
     weights = read_weights(path)
     return NamedPolicy(path.stem, weights.policy, weights.env_id)
@@ -95,7 +95,7 @@ def read_weights(path: Path) -> Weights:
     """What a file of `save_weights` holds.
 
     Raises:
-        UserError: it is cut off, of another version, or no policy of ours.
+        UserError: it is cut off, of another version, or not a policy of ours.
     """
     tensors, metadata = _read(path)
     where = f"{path}: not a policy's weights"
@@ -107,27 +107,27 @@ def read_weights(path: Path) -> Weights:
     if len(described) != 1:
         raise UserError(f"{where}: must describe either a network or a table")
     ((name, values),) = described.items()
-    model = toml.replace_fields(_KINDS[name](), values, where)
+    config = toml.replace_fields(_KINDS[name](), values, where)
     env_id = metadata.env_id
     spaces = environment.spaces_of(env_id)
     try:
-        if isinstance(model, TableConfig):
-            shape = QTable(states_of(model, spaces), spaces.num_actions, model)
+        if isinstance(config, TableConfig):
+            model = QTable(states_of(config, spaces), spaces.num_actions, config)
         else:
-            _check_sizes(model, tensors)
-            shape = make_network(model, spaces)
-        params = shape.params_of(tensors)
+            _check_sizes(config, tensors)
+            model = make_network(config, spaces)
+        params = model.params_of(tensors)
     except (UserError, ValueError) as error:
         raise UserError(f"{where} for env_id {env_id!r}: {one_line(error)}") from None
-    return Weights(shape, params, env_id, spaces)
+    return Weights(model, params, env_id, spaces)
 
 
-def _check_sizes(shape: NetworkConfig, tensors: Tensors) -> None:
-    """Refuse a network that would need more than the file holds before it is made."""
+def _check_sizes(config: NetworkConfig, tensors: Tensors) -> None:
+    """Refuse a network with more nodes than the file has numbers, before it is made."""
     widest = max((tensor.size for tensor in tensors.values()), default=0)
-    sizes = (*shape.hidden_sizes, shape.quantiles, shape.atoms)
+    sizes = (*config.hidden_sizes, config.quantiles, config.atoms)
     if any(size > max(widest, 1) for size in sizes):
-        raise ValueError(f"they are fewer than {shape} has")
+        raise ValueError(f"it holds fewer weights than {config} has")
 
 
 def facts_of(path: Path) -> WeightsFacts:
@@ -166,7 +166,7 @@ def origin_of(path: Path) -> tuple[str, int]:
     return metadata.preset, int(metadata.seed)
 
 
-def _read(path: Path) -> tuple[files.Tensors, _Metadata]:
+def _read(path: Path) -> tuple[Tensors, _Metadata]:
     tensors, texts = files.read_tensors(path)
     version = texts.get("format_version")
     if version != str(WEIGHTS_FORMAT_VERSION):

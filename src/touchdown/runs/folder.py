@@ -1,4 +1,4 @@
-"""A run's folder: what lies where, how a new one is named, and how one is found."""
+"""A run's folder: where its files are, how a new one is named, and how one is found."""
 
 import fcntl
 from dataclasses import dataclass, field
@@ -22,7 +22,7 @@ class RunFolder:
 
     path: Path
     _config: Config | None = field(default=None, repr=False, compare=False)
-    """As the run was created with it in this process, so that it is not read back."""
+    """Of a run that this process created, so that it is not read back from the disk."""
 
     @property
     def name(self) -> str:
@@ -92,12 +92,12 @@ def create(runs_dir: Path, config: Config, name: str | None = None) -> RunFolder
     """A new run's folder with its config and provenance written.
 
     Args:
-        runs_dir: where runs are kept; made if it is not there.
+        runs_dir: where runs are kept; made if it does not exist.
         config: of the run.
-        name: of the run; `<preset>-<seed>` if None, with a number behind it if that is taken.
+        name: of the run; `<preset>-<seed>` if None, followed by a number if that is taken.
 
     Raises:
-        UserError: the name is taken or no file name, or the folder cannot be written.
+        UserError: the name is taken or not a plain folder name, or the folder cannot be written.
     """
     if name is not None and not checks.is_plain_name(name):
         raise UserError(
@@ -126,7 +126,7 @@ def create(runs_dir: Path, config: Config, name: str | None = None) -> RunFolder
                 if name:
                     raise UserError(
                         f"name {name!r}: {path} exists already; choose another, "
-                        f"or go on with it: --resume {name}"
+                        f"or resume it: --resume {name}"
                     ) from None
                 number += 1
                 path = runs_dir / f"{default}-{number}"
@@ -135,7 +135,7 @@ def create(runs_dir: Path, config: Config, name: str | None = None) -> RunFolder
 
 
 def lock(folder: RunFolder) -> IO[bytes]:
-    """The right to write to a run, until the file given back is closed or its process dies.
+    """The right to write to a run, until the returned file is closed or its process dies.
 
     Raises:
         UserError: another process is training the run.

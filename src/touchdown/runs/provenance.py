@@ -29,7 +29,7 @@ _RECORDED_PACKAGES = (
 
 
 class Provenance(Struct, frozen=True, kw_only=True):
-    """`provenance.json`; what a reader does without may be missing."""
+    """`provenance.json`; fields that no reader depends on may be missing."""
 
     format_version: Literal[1] = FORMAT_VERSION
     config_digest: str = ""
@@ -50,7 +50,7 @@ class Provenance(Struct, frozen=True, kw_only=True):
     device: str = ""
     """Where JAX computed."""
     threads: Count | None = None
-    """That it computed with; None on a GPU, where JAX decides."""
+    """That JAX computed with; None on a GPU, where JAX decides."""
 
 
 def provenance_of(config: Config) -> Provenance:

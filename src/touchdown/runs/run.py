@@ -1,4 +1,4 @@
-"""A run on disk, as a value to ask: its policy, its results, its pictures."""
+"""A run on disk: its policy, its results, its pictures, and a short description of it."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -103,7 +103,7 @@ def evaluations_of(run: Run) -> list[Evaluation]:
 
 
 class RunFacts(msgspec.Struct, frozen=True, kw_only=True, rename={"env_steps": "observations"}):
-    """A run in short."""
+    """A run in brief."""
 
     name: str
     status: Literal["finished", "unfinished"]
@@ -126,7 +126,7 @@ class RunFacts(msgspec.Struct, frozen=True, kw_only=True, rename={"env_steps": "
 
 
 def describe(run: Run) -> RunFacts:
-    """A run in short: what `runs` and `show` print.
+    """A run in brief: what `runs` and `show` print.
 
     Raises:
         UserError: the run's files are broken.
@@ -170,7 +170,7 @@ def list_runs(runs_dir: Path | str = DEFAULT_RUNS) -> list[Run]:
 
 
 def list_facts(runs_dir: Path | str = DEFAULT_RUNS) -> list[dict[str, Any]]:
-    """`run_facts` of every run, oldest first; of a broken one its name and what is wrong.
+    """`run_facts` of every run, oldest first; for a broken one, its name and what is wrong.
 
     Raises:
         UserError: there is no such folder.

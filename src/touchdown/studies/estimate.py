@@ -15,7 +15,7 @@ from typing import NamedTuple
 from touchdown.config.config import Config
 from touchdown.core import device, records, threads
 from touchdown.core.errors import Interrupted, UserError
-from touchdown.core.seeding import VALIDATION_STARTS
+from touchdown.core.starts import VALIDATION_STARTS
 from touchdown.evaluation.evaluator import Evaluator
 from touchdown.lander import engine as engines
 from touchdown.lander import rules

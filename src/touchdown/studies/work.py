@@ -11,7 +11,7 @@ from typing import Any, Literal
 from touchdown.config.config import Config
 from touchdown.core import device, files
 from touchdown.core.errors import Interrupted
-from touchdown.core.seeding import TEST_STARTS
+from touchdown.core.starts import TEST_STARTS
 from touchdown.envs import flight as flights
 from touchdown.envs import recorder
 from touchdown.evaluation import evaluation as evaluations

@@ -36,7 +36,7 @@ class Candidate:
 
 @dataclass(slots=True)
 class Progress:
-    """How far a run has come, but for what the agent has learnt."""
+    """How far a run has come, apart from what its agent has learned."""
 
     episodes: int = 0
     next_validation: int = 0
@@ -48,7 +48,7 @@ class Progress:
     """The proof that the environment is solved, where training stopped for it."""
     underway: list[Episode] = field(default_factory=list[Episode])
     """As restored: the unfinished episode of each environment. An environment is deterministic, so
-    that the same actions lead to the same state again."""
+    the same actions lead to the same state again."""
     candidates: list[Candidate] = field(default_factory=list[Candidate])
     record_sizes: dict[str, int] = field(default_factory=dict[str, int])
 
@@ -68,7 +68,7 @@ def save_checkpoint(
     """
     tensors = {
         **agent.tensors(),
-        "finalists": {str(f.env_steps): f.params for f in progress.candidates},
+        "finalists": {str(each.env_steps): each.params for each in progress.candidates},
         "underway": _underway_tensors(episodes),
     }
     newest = newest_checkpoint(folder)
@@ -91,8 +91,8 @@ def save_checkpoint(
             solved=progress.solved,
             underway=[episode.number for episode in episodes],
             candidates=[
-                CandidateState(env_steps=f.env_steps, validation_return=f.validation_return)
-                for f in progress.candidates
+                CandidateState(env_steps=each.env_steps, validation_return=each.validation_return)
+                for each in progress.candidates
             ],
             streams={
                 name: GeneratorState.of(generator) for name, generator in streams._asdict().items()

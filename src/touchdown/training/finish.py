@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import msgspec
 
 from touchdown.core import records
-from touchdown.core.seeding import TEST_STARTS
+from touchdown.core.starts import TEST_STARTS
 from touchdown.envs import environment, outcome, recorder
 from touchdown.envs import flight as flights
 from touchdown.envs.flight import Flight
@@ -37,14 +37,14 @@ def fly_test(
     on_phase: Callable[[str, int], object] = lambda _text, _count: None,
     on_episode: Callable[[], object] = lambda: None,
 ) -> list[Evaluation]:
-    """Fly the test starts on stock Gymnasium, each policy once; what is on disk is not flown again.
+    """Fly the test starts on stock Gymnasium with each policy, unless its results are on disk.
 
     Args:
         run: trained to its end.
         baselines: names of policies to fly beside the chosen checkpoint.
         last: policy of the weights that training ended with, flown into `LAST`; None flies none.
-        keep_paths: whether to write `paths.safetensors`; of the lander alone.
-        on_phase: called before the first flight with what begins and the number of flights.
+        keep_paths: whether to write `paths.safetensors`; for the lander only.
+        on_phase: called before the first flight with a description and the number of flights.
         on_episode: called after each flight; what it raises ends the test.
 
     Returns:
@@ -105,7 +105,7 @@ class RecordedFlights:
     median: Flight
     """From the test start of the median return."""
     beside: dict[str, list[Flight]]
-    """The agent's and the PID's from the same starts, by the policy's name; the lander's alone."""
+    """The agent's and the PID's from the same starts, by the policy's name; the lander only."""
 
 
 def record_flights(run: Run, tested: Evaluation, num_beside: int = 0) -> RecordedFlights | None:

@@ -23,6 +23,9 @@ class History:
     Args:
         folder: of the run; episodes recorded before a resume count as recent too.
         recorder: appends to the records.
+
+    Raises:
+        UserError: `episodes.jsonl` is broken.
     """
 
     def __init__(self, folder: RunFolder, recorder: Recorder) -> None:

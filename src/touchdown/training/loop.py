@@ -44,7 +44,7 @@ def interact(
     start_of: Callable[[int], int],
     underway: Underway,
 ) -> Iterator[AgentStep]:
-    """Algorithm 2's two loops, without end: the caller listens to the steps and stops when it will.
+    """Algorithm 2's two loops, without end: the caller listens to the steps, and stops at will.
 
     Args:
         agent: acts and learns.
@@ -53,14 +53,14 @@ def interact(
         underway: the episode in each environment; up to date whenever a step is yielded.
     """
     numbers = underway.numbers
-    everyone = np.arange(len(numbers))
+    every_env = np.arange(len(numbers))
     while True:
         epsilon = agent.epsilon
         # copies: the agent may keep what it is given, and the arrays are written over each step
         observations = underway.observations.copy()
         actions = agent.act(observations)
-        result = pool.step(everyone, actions)
-        underway.add(everyone, actions, result)
+        result = pool.step(every_env, actions)
+        underway.add(every_env, actions, result)
         over = np.flatnonzero(result.ended).tolist()
         ended = [underway.episode(index) for index in over]
         for index in over:

@@ -1,4 +1,4 @@
-"""How far a training run is, how fast it goes, and how long it will still take."""
+"""How far a training run has come, how fast it goes, and how long it will still take."""
 
 import time
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ class TrainingStatus:
 
 
 class Budget:
-    """How much of the training is done: by episodes or by steps, whichever is nearer the end.
+    """How much of the training is done: by episodes or by steps, whichever is nearer its limit.
 
     Args:
         training: the limits.
@@ -64,7 +64,7 @@ class Pace:
         self._done_before = budget.done(episodes, env_steps)
 
     def seconds(self) -> float:
-        """Of training, those before a resume included."""
+        """Seconds of training, those before a resume included."""
         return self._seconds_before + time.monotonic() - self._began
 
     def steps_per_second(self, env_steps: int) -> float:

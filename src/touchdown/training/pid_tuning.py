@@ -43,13 +43,13 @@ class TuningStep:
 class Objective:
     """The mean return of gains over training starts.
 
-    All gains fly the same starts, so that two differ by what they do and not by luck.
+    All gains fly the same starts, so that luck does not decide between two of them.
 
     Args:
         rule: the action rule to tune for.
         starts: training starts to fly.
         seed: chooses them.
-        begin: gives what is not tuned; its rule does not count.
+        begin: gives the fields that are not tuned; its rule is ignored.
     """
 
     def __init__(self, rule: Rule, starts: int, seed: int, begin: PIDConfig = HAND_PICKED) -> None:
@@ -104,10 +104,10 @@ def tune_pid(
 
     Args:
         rule: the action rule to tune for.
-        starts: training starts a trial flies.
+        starts: training starts to fly in each trial.
         seed: chooses them.
         tolerance: relative step at which to stop.
-        begin: gains and dead band to begin from; its rule does not count.
+        begin: gains and dead band to begin from; its rule is ignored.
     """
     with Objective(rule, starts, seed, begin) as objective:
         trials = search(objective, objective.point_of(begin), tolerance)
@@ -117,7 +117,7 @@ def tune_pid(
 
 
 def share_done(step: float, tolerance: float) -> float:
-    """How far the search is, from its steps: they shrink by a factor at a time."""
+    """How far the search has come, by its steps, which shrink by a factor at a time."""
     return min(1.0, math.log(min(1.0, step)) / math.log(tolerance))
 
 

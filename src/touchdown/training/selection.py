@@ -7,17 +7,18 @@ import numpy as np
 from touchdown.agents.agent import Agent
 from touchdown.config.config import Config
 from touchdown.core.errors import Interrupted, UserError
-from touchdown.core.seeding import VALIDATION_STARTS
+from touchdown.core.starts import VALIDATION_STARTS
 from touchdown.core.types import FloatArray
 from touchdown.envs.outcome import threshold_of
 from touchdown.evaluation.evaluator import EpisodeResult, Evaluator
 from touchdown.policies.facts import WeightsFacts
 from touchdown.policies.weights import save_weights
 from touchdown.runs.folder import RunFolder
-from touchdown.training.checkpoint import Candidate, Progress, Solved
+from touchdown.training.checkpoint import Candidate, Progress
 from touchdown.training.history import History
+from touchdown.training.state import Solved
 
-# standard errors that a mean has to be above the threshold: wrong once in 700 times at the edge
+# standard errors by which a mean must exceed the threshold: at the edge, wrong once in 700 times
 _SURE = 3.0
 
 
@@ -44,10 +45,13 @@ class Selection:
     Args:
         config: of the run.
         folder: of the run; the best weights so far are written there.
-        agent: that is trained.
+        agent: being trained.
         evaluator: flies the validation starts.
         progress: of the run; holds the candidates.
         history: records validations.
+
+    Raises:
+        UserError: training is to stop when the environment is solved, which has no threshold.
     """
 
     def __init__(
@@ -68,7 +72,7 @@ class Selection:
         self._threshold = stop_threshold(config)
 
     def validate(self, seconds: Callable[[], float]) -> None:
-        """Fly the present policy from the validation starts and keep it if it is a candidate.
+        """Fly the current policy from the validation starts, and keep it if it is a candidate.
 
         Args:
             seconds: of training so far, asked when the environment turns out to be solved.
@@ -95,7 +99,7 @@ class Selection:
     def _stop_if_sure(
         self, candidate: Candidate, threshold: float, seconds: Callable[[], float]
     ) -> None:
-        """End training if fresh starts show that the mean over as many test starts will hold."""
+        """End training if fresh starts leave no doubt that the test will reach the threshold."""
         training, progress = self._config.training, self._progress
         results = self._rollout(candidate.params, self._final_starts())
         returns = [result.episode_return for result in results]

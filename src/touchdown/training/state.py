@@ -1,4 +1,4 @@
-"""`state.json` of a checkpoint: the part of a run's state that is no array."""
+"""`state.json` of a checkpoint: the part of a run's state that is not an array."""
 
 from typing import Any, Literal
 
@@ -15,18 +15,18 @@ _RECORDS = ("episodes.jsonl", "updates.jsonl", "validations.jsonl")
 
 
 class Solved(Struct, frozen=True):
-    """A policy that validation starts leave no doubt about."""
+    """The proof, on validation starts, that a policy solves its environment."""
 
     seconds: Seconds
-    """Of training until this was known, all validation episodes counted."""
+    """Of training until this was known, validation included."""
     mean_return: float
     """On fresh validation starts."""
     episodes: Count
-    """Those starts."""
+    """How many of them."""
 
 
 class CandidateState(Struct, frozen=True, kw_only=True, rename=_STORED):
-    """A candidate checkpoint, but for its weights."""
+    """A candidate checkpoint, apart from its weights."""
 
     env_steps: Count
     validation_return: float
@@ -89,7 +89,7 @@ class CheckpointState(Struct, frozen=True, kw_only=True, rename=_STORED):
     agent: dict[str, Any]
     """The agent's facts."""
     next_validation: Count
-    """Env steps at which the agent is validated next."""
+    """Environment steps at which the agent is validated next."""
     seconds: Seconds
     """Of training."""
     trained: bool

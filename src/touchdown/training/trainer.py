@@ -38,7 +38,7 @@ class Trainer:
 
     Args:
         folder: the run's; it holds a config, and a checkpoint if the run is to be resumed.
-        should_stop: asked now and then; True saves and raises `Interrupted`.
+        should_stop: asked from time to time; True saves the run and raises `Interrupted`.
         on_status: called after each training episode.
         on_phase: called when the final choice begins, with a description and the number of
             episodes to come.
@@ -112,7 +112,7 @@ class Trainer:
         return self._agent.model.policy(self._agent.params())
 
     def close(self) -> None:
-        """Close files and environments, and give up the right to write to the run."""
+        """Close files and environments, and release the run's lock."""
         self._resources.close()
 
     def run(self) -> None:

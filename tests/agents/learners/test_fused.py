@@ -151,7 +151,7 @@ def test_fits_to_given_targets_are_those_of_the_jax_function(shape):
 
 
 @pytest.mark.parametrize("shape", NETWORKS.values(), ids=NETWORKS)
-def test_values_are_those_of_the_jax_function_whatever_is_beside(shape):
+def test_values_are_those_of_the_jax_function_whatever_the_batch(shape):
     twin = QNetwork(D, A, shape)
     network = FusedNetwork(twin)
     params = np.array(twin.init(jax.random.key(3)))
@@ -251,7 +251,7 @@ def perceptron_call(**changes: Any) -> dict[str, Any]:
     arguments |= {
         "num_updates": 0,
         "rates": np.zeros(K, np.float32),
-        "words": batches(8),
+        "packed": batches(8),
         "weights": None,
         "td_error": np.zeros((K, 8), np.float32),
         "huber": True,
@@ -270,8 +270,8 @@ def perceptron_call(**changes: Any) -> dict[str, Any]:
         ({"online": np.zeros(3, np.float32)}, "online has 3 entries, must have 39"),
         ({"rates": np.zeros(1, np.float32)}, "rates has 1 entries, must have 6"),
         ({"target": None, "double_q": True}, "target = None: must be given"),
-        ({"words": np.full((K, 8, 15), 7, np.int32).view(np.float32)}, "action 7: must be from 0"),
-        ({"words": batches(8)[:, :, :-1].copy()}, "a record has 14 entries, must have 15"),
+        ({"packed": np.full((K, 8, 15), 7, np.int32).view(np.float32)}, "action 7: must be from 0"),
+        ({"packed": batches(8)[:, :, :-1].copy()}, "a transition has 14 entries, must have 15"),
         (
             {"td_error": np.zeros((K, 9), np.float32)},
             "a row of td_error has 9 entries, must have 8",

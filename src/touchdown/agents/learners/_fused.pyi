@@ -32,7 +32,7 @@ class Perceptron:
         nu: Floats,
         num_updates: int,
         rates: Floats,
-        words: Floats,
+        packed: Floats,
         weights: Floats | None,
         td_error: Floats,
         huber: bool,
@@ -42,9 +42,9 @@ class Perceptron:
         max_grad_norm: float,
         polyak: float,
     ) -> tuple[float, float, float, float]:
-        """K updates of online [P] (and of Adam's mu, nu) in place, from records words [K, B, W].
+        """K updates of online [P] (and of Adam's mu, nu) in place, from packed [K, B, W].
 
-        Gives the last one's loss, mean Q, greatest Q and gradient's norm.
+        Returns the last update's loss, mean Q, greatest Q and gradient norm.
         """
     def fit(
         self,
@@ -61,7 +61,7 @@ class Perceptron:
         huber: bool,
         max_grad_norm: float,
     ) -> tuple[float, float, float, float]:
-        """K updates towards targets [M] that are given; order [K, B] says which in which."""
+        """K updates towards given targets [M]; order [K, B] says which each minibatch takes."""
 
 def transition_fields(observation_size: int) -> dict[str, int]:
     """Where each field of a packed transition begins, in 4-byte words."""

@@ -49,8 +49,8 @@ class FusedNetwork:
     def __init__(self, network: QNetwork) -> None:
         if not is_built():
             raise UserError(
-                "backend = 'fused': was not built, as there was no C++ compiler; install one, such "
-                "as g++, and touchdown again, or take backend = 'jax'"
+                "backend = 'fused': was not built when touchdown was installed; install a C++ "
+                "compiler such as g++ and reinstall touchdown, or use backend = 'jax'"
             )
         from touchdown.agents.learners._fused import Perceptron  # noqa: PLC0415 - if it was built
 

@@ -1,4 +1,4 @@
-"""What agents ask of a learner, however it computes."""
+"""The contract between an agent and a learner."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple, Protocol
@@ -13,7 +13,7 @@ from touchdown.core.types import FloatArray, Tensors
 
 
 class UpdateResult(NamedTuple):
-    """What updates give beside the new parameters. Arrays of JAX's may still be computing."""
+    """What updates give besides the new parameters; JAX may still be computing the arrays."""
 
     metrics: Metrics | None
     """Of the last update; None where they were not asked for."""

@@ -89,12 +89,12 @@ def _policy(archive: Archive, path: Path, spaces: Spaces) -> GreedyPolicy:
     if quantiles:  # theirs are ordered by quantile, ours by action
         by_action = np.arange(gives).reshape(quantiles, -1).T.ravel()
         last = _Linear(last.weight[by_action], last.bias[by_action])
-    shape = NetworkConfig(
+    config = NetworkConfig(
         hidden_sizes=tuple(len(linear.bias) for linear in linears[:-1]),
         activation=cast(Any, _activation(facts, default)),
         quantiles=quantiles,
     )
-    network = QNetwork(takes, spaces.num_actions, shape)
+    network = QNetwork(takes, spaces.num_actions, config)
     layers = {
         f"layers.{number}.{name}": array.astype(np.float32)
         for number, linear in enumerate((*linears[:-1], last))

@@ -163,9 +163,8 @@ def _set(mapping: object, items: list[Any]) -> None:
     if not isinstance(mapping, dict) or len(items) % 2:
         raise TypeError("not a dictionary")
     for key, value in zip(items[::2], items[1::2], strict=True):
-        if not isinstance(
-            key, str
-        ):  # only text: hashing a deeply nested tuple would overflow the stack
+        # only text: hashing a deeply nested tuple would overflow the stack
+        if not isinstance(key, str):
             raise TypeError("not a name")
         cast(dict[str, object], mapping)[key] = value
 
