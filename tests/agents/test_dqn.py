@@ -348,7 +348,7 @@ def test_two_parts_learn_together_or_are_refused_with_the_reason(
     pair: tuple[str, str], new_agent: NewAgent
 ):
     if set(pair) == {"double", "soft updates"}:  # two targets at once
-        with pytest.raises(ValueError, match="copied or follows, not both"):
+        with pytest.raises(ValueError, match="copied or updated softly, not both"):
             new_agent(**together(*pair))
         return
     if set(pair) == {"quantiles", "atoms"}:  # two descriptions of one return

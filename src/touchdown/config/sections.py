@@ -183,7 +183,7 @@ class LearningConfig:
         if self.polyak and self.target_period:
             raise ValueError(
                 f"polyak = {self.polyak}: must be 0 beside target_period = {self.target_period}; "
-                "a target network is copied or follows, not both"
+                "a target network is copied or updated softly, not both"
             )
         if self.double and not self.has_target:
             raise ValueError(

@@ -91,7 +91,7 @@ def _describe(env: Env, num_states: int | None) -> Spaces:
 
 def _exact_lander(render_mode: str | None) -> Env:
     # where the engine was not built there is nothing to import
-    from touchdown.lander.single import LanderEnv  # noqa: PLC0415
+    from touchdown.lander.single import LanderEnv  # noqa: PLC0415 - needs the engine
 
     return LanderEnv(render_mode, max_episode_steps=MAX_EPISODE_STEPS)
 

@@ -99,7 +99,7 @@ def _listed(numbers: IntArray) -> list[int]:
 class _ExactEnvPool:
     def __init__(self, num_envs: int, spaces: Spaces) -> None:
         # where the engine was not built there is nothing to import
-        from touchdown.lander._engine import Batch  # noqa: PLC0415
+        from touchdown.lander._engine import Batch  # noqa: PLC0415 - it may not have been built
 
         self.spaces = spaces
         num_threads = min(threads.threads(), -(-num_envs // _ENVS_PER_THREAD))

@@ -48,7 +48,7 @@ def make_vec(
     """
     if _is_exact(engine):
         # where the engine was not built there is nothing to import
-        from touchdown.lander.vector import LanderVectorEnv  # noqa: PLC0415
+        from touchdown.lander.vector import LanderVectorEnv  # noqa: PLC0415 - needs the engine
 
         return LanderVectorEnv(
             num_envs, autoreset_mode=autoreset_mode, num_threads=num_threads, **settings

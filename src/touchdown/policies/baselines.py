@@ -19,8 +19,7 @@ class HeuristicPolicy:
     """The controller that Gymnasium ships with its lander."""
 
     def __init__(self) -> None:
-        # it loads Box2D
-        from gymnasium.envs.box2d import lunar_lander  # noqa: PLC0415
+        from gymnasium.envs.box2d import lunar_lander  # noqa: PLC0415 - it loads Box2D
 
         self._heuristic: Any = lunar_lander.heuristic
         # the heuristic reads only whether the environment's actions are continuous

@@ -75,14 +75,6 @@ class Tile:
         places = [self._place(point) for point in points]
         self._draw.line(places, (*colour, 255), round(pixels), "curve")
 
-    def disc(self, centre: Point, radius: float, colour: Colour) -> None:
-        """Fill a circle, in metres."""
-        self._draw.circle(
-            self._place(centre),
-            radius * self._canvas.pixels_per_metre * SUPERSAMPLING,
-            (*colour, 255),
-        )
-
     def paste(self, picture: Image.Image, opacity: float = 1.0) -> None:
         """Paste the tile over the picture at its place."""
         small = self._image.reduce(SUPERSAMPLING).convert("RGBA")

@@ -126,7 +126,7 @@ def create(runs_dir: Path, config: Config, name: str | None = None) -> RunFolder
                 if name:
                     raise UserError(
                         f"name {name!r}: {path} exists already; choose another, "
-                        f"or go on with it: --resume {name}"
+                        f"or continue it: --resume {name}"
                     ) from None
                 number += 1
                 path = runs_dir / f"{default}-{number}"

@@ -19,7 +19,6 @@ from touchdown.studies.metrics import METRICS, TEST_METRICS
 FORMAT_VERSION = 1
 FIRST_TUNING_SEED = 10_000
 """Training seeds from here on are for choosing settings; no result is reported on them."""
-_MOST_RUNS = 100_000
 
 Changes = Mapping[str, Any]
 """Changes to a config: a section's as a mapping, a field's as a value; `preset` starts from another
