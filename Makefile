@@ -40,7 +40,7 @@ test-cpp: $(READY) ## build the C++ without Python and run its own tests
 exactness: $(READY) ## compare N=1000000 steps of the exact engine with stock, as bytes
 	@$(BIN)/python tests/lander/engine/oracle.py $(N) $(ARGS)
 
-sanitize: $(READY) ## try the C++ modules built with sanitizers
+sanitize: $(READY) ## test the C++ modules built with sanitizers
 	@$(BIN)/python tests/sanitized.py
 
 check: $(READY) ## lint, format, types, layers and docs, changing nothing
@@ -63,10 +63,10 @@ bench: $(BENCH_READY) ## compare the engine's, the training's and an update's sp
 	@.venv-bench/bin/python benchmarks/fused_update.py $(ARGS)
 	@$(MAKE) --no-print-directory peers ARGS=
 
-peers: $(BENCH_READY) ## train peers and presets side by side, for hours; goes on if stopped
+peers: $(BENCH_READY) ## train peers and presets side by side, for hours; continues if stopped
 	@.venv-bench/bin/python benchmarks/peers.py $(ARGS)
 
-paper: $(READY) ## redo the paper's experiments and docs/results, with SEEDS=10 a level; goes on if stopped
+paper: $(READY) ## redo the paper's experiments and docs/results, with SEEDS=10 a level; continues if stopped
 	@$(BIN)/touchdown study run paper --seeds $(SEEDS) $(ARGS)
 	@$(BIN)/touchdown study report paper --out docs/results
 
@@ -74,12 +74,12 @@ lock: $(READY) ## pin the newest packages that fit (UPGRADE= keeps the pins that
 	@$(BIN)/uv pip compile --quiet --universal --fork-strategy fewest --python-version 3.11 \
 		--extra dev --generate-hashes --no-header $(UPGRADE) -o requirements.lock pyproject.toml
 
-format: $(READY) ## format the code and mend what the linter can
+format: $(READY) ## format the code and apply the linter's fixes
 	@$(BIN)/ruff format --quiet
 	@$(BIN)/clang-format -i $(cpp)
 	@$(BIN)/ruff check --fix
 
-clean: ## remove all that make has made; runs/ stays
+clean: ## remove everything that make has built; runs/ stays
 	@rm -rf .venv .venv-bench build site dist .import_linter_cache .pytest_cache .ruff_cache .hypothesis
 	@find src tests benchmarks -name __pycache__ -prune -exec rm -rf {} +
 
@@ -87,7 +87,7 @@ clean: ## remove all that make has made; runs/ stays
 
 cpp = $(shell find csrc benchmarks/xla_engine -name '*.cpp' -o -name '*.hpp')
 
-# A build that was copied or moved here from another folder is of no use to CMake.
+# CMake cannot use a build that was copied or moved here from another folder.
 cpp_build := build/cpp
 define test_cpp
 	{ grep -qsx 'CMAKE_HOME_DIRECTORY:INTERNAL=$(CURDIR)' $(cpp_build)/CMakeCache.txt || \

@@ -82,7 +82,7 @@ def stock(num_envs: int) -> SyncVectorEnv:
 def envpool_landers(num_envs: int) -> Any:
     """EnvPool's landers on one thread, or None if it is not installed."""
     try:
-        import envpool  # noqa: PLC0415
+        import envpool  # noqa: PLC0415 - optional
     except ImportError:
         return None
     return envpool.make(

@@ -101,7 +101,7 @@ def measure(job: Job, runs: Path) -> None:
             torch.set_num_threads(job.threads)
             watch = Watch(judge, MARKS, math.inf if job.seconds is None else job.seconds)
             with suppress(Enough):
-                peer.train(job.seed, job.cap or peer.OBSERVATIONS, watch)
+                peer.train(job.seed, job.cap or peer.ENV_STEPS, watch)
         else:
             config = own.config_of(job.system, job.seed, job.cap)
             own.train(path.stem, config, runs, judge)
@@ -195,7 +195,7 @@ def time_table(measured: Mapping[str, list[list[Row]]], threads: Mapping[str, in
     for system, runs in measured.items():
         solved = [seconds_to_solved(looks) for looks in runs]
         ends = [looks[-1]["seconds"] for looks in runs]
-        observations = statistics.fmean(looks[-1]["observations"] for looks in runs)
+        env_steps = statistics.fmean(looks[-1]["observations"] for looks in runs)
         rows.append(
             [
                 name_of(system),
@@ -203,11 +203,11 @@ def time_table(measured: Mapping[str, list[list[Row]]], threads: Mapping[str, in
                 f"**{in_words(statistics.median_low(solved))}**",
                 ", ".join(map(in_words, solved)),
                 ", ".join(map(in_words, ends)),
-                f"{observations:,.0f}",
-                f"{observations / statistics.fmean(ends):,.0f}",
+                f"{env_steps:,.0f}",
+                f"{env_steps / statistics.fmean(ends):,.0f}",
             ]
         )
-    return markdown((*columns, "observations", "observations/s"), rows)
+    return markdown((*columns, "env steps", "env steps/s"), rows)
 
 
 def return_table(measured: Mapping[str, list[list[Row]]]) -> str:
@@ -304,7 +304,8 @@ def main() -> None:
     parser.add_argument("--presets", nargs="*", type=system_of, default=OWN)
     parser.add_argument("--peers", nargs="*", choices=list(PEERS), default=list(PEERS))
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2])
-    parser.add_argument("--observations", type=int, help="fewer than published, for a quick try")
+    names = ("--env-steps", "--observations")  # the second is the former name
+    parser.add_argument(*names, type=int, help="fewer than published, for a quick try")
     parser.add_argument("--seconds", type=float, help="limit on a peer's training")
     parser.add_argument("--runs-dir", type=Path, default=Path("runs") / "peers")
     parser.add_argument(
@@ -316,7 +317,7 @@ def main() -> None:
     systems: dict[str, int] = dict.fromkeys(args.peers, 1) | dict(args.presets)
     # seed by seed, so that a change in the speed of the machine affects all
     jobs = [
-        Job(system, seed, threads, args.observations, args.seconds if system in PEERS else None)
+        Job(system, seed, threads, args.env_steps, args.seconds if system in PEERS else None)
         for seed in args.seeds
         for system, threads in systems.items()
     ]

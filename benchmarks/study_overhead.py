@@ -29,11 +29,11 @@ from touchdown.studies.work import TrainJob
 Way = Callable[[Sequence[TrainJob], int, Store], None]
 
 
-def jobs_of(runs: int, observations: int) -> list[TrainJob]:
+def jobs_of(runs: int, env_steps: int) -> list[TrainJob]:
     """Runs of the paper's best agent at the quick scale, with seeds that no study reports."""
     cells = paper.studies("quick")["ladder"].cells()
     config = next(cell.config for cell in cells if cell.labels == (paper.BEST,))
-    training = replace(config.training, max_env_steps=observations)
+    training = replace(config.training, max_env_steps=env_steps)
     return [
         TrainJob(replace(config, seed=20_000 + seed, training=training)) for seed in range(runs)
     ]
@@ -82,14 +82,15 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=8)
     parser.add_argument("--rounds", type=int, default=2)
     parser.add_argument("--workers", type=int, default=threads.available())
-    parser.add_argument("--observations", type=int, default=40_000, help="of a run")
+    names = ("--env-steps", "--observations")  # the second is the former name
+    parser.add_argument(*names, type=int, default=40_000, help="of a run")
     args = parser.parse_args()
     print(
-        f"{cpu_name()}, {os.cpu_count()} cores; {args.runs} runs of {args.observations:,} "
-        f"observations by {args.workers} workers",
+        f"{cpu_name()}, {os.cpu_count()} cores; {args.runs} runs of {args.env_steps:,} "
+        f"env steps by {args.workers} workers",
         flush=True,
     )
-    jobs = jobs_of(args.runs, args.observations)
+    jobs = jobs_of(args.runs, args.env_steps)
     ratios: list[float] = []
     for count in range(1, args.rounds + 1):
         plain, study = (seconds_of(way, jobs, args.workers) for way in (back_to_back, as_study))

@@ -13,6 +13,7 @@ from touchdown.core import device, files
 from touchdown.policies import weights as policy_weights
 from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
+from touchdown.runs.run import load_run
 from touchdown.training.trainer import Trainer
 
 _POLL_SECONDS = 0.02
@@ -78,11 +79,11 @@ def train(name: str, config: Config, runs: Path, judge: Judge) -> None:
     held = folder.path / "held.safetensors"
     for held_since, weights in keeper.kept:
         held.write_bytes(weights)
-        observations = policy_weights.facts_of(held).env_steps
-        judge.look(policy_weights.load_weights(held).policy, held_since, observations, chosen=True)
+        env_steps = policy_weights.facts_of(held).env_steps
+        judge.look(policy_weights.load_weights(held).policy, held_since, env_steps, chosen=True)
     held.unlink(missing_ok=True)
-    observations = files.read_jsonl(folder.episodes)[-1]["observations"]
-    judge.look(runs.load_run(folder).policy, seconds, observations, chosen=True, last=True)
+    env_steps = files.read_jsonl(folder.episodes)[-1]["observations"]
+    judge.look(load_run(folder).policy, seconds, env_steps, chosen=True, last=True)
 
 
 def config_of(preset: str, seed: int, cap: int | None) -> Config:

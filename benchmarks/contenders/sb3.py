@@ -10,7 +10,7 @@ from contenders.watch import ENV_ID, Watch
 from touchdown.core.seeding import training_start
 from touchdown.core.types import FloatArray, IntArray
 
-OBSERVATIONS = 100_000
+ENV_STEPS = 100_000
 # `LunarLander-v3` in RL Zoo's hyperparams/dqn.yml (rl-zoo3 2.9.2), marked as tuned
 ZOO: dict[str, Any] = {
     "learning_rate": 6.3e-4,
@@ -55,14 +55,14 @@ class _Steps(BaseCallback):
         return True
 
 
-def learn(algorithm: Any, greedy: type[Greedy], seed: int, observations: int, watch: Watch) -> None:
+def learn(algorithm: Any, greedy: type[Greedy], seed: int, env_steps: int, watch: Watch) -> None:
     """Train an algorithm with Stable-Baselines3's interface.
 
     Args:
         algorithm: its class.
         greedy: makes the policy of a model.
         seed: of the training.
-        observations: environment steps to train for.
+        env_steps: to train for.
         watch: evaluates it while it trains.
     """
     model = algorithm(
@@ -74,10 +74,10 @@ def learn(algorithm: Any, greedy: type[Greedy], seed: int, observations: int, wa
         device="cpu",
     )
     policy = greedy(model)
-    model.learn(observations, callback=_Steps(watch, policy))
+    model.learn(env_steps, callback=_Steps(watch, policy))
     watch.end(model.num_timesteps, policy)
 
 
-def train(seed: int, observations: int, watch: Watch) -> None:
+def train(seed: int, env_steps: int, watch: Watch) -> None:
     """Train once."""
-    learn(DQN, Greedy, seed, observations, watch)
+    learn(DQN, Greedy, seed, env_steps, watch)

@@ -7,7 +7,7 @@ from contenders import sb3
 from contenders.watch import Watch
 from touchdown.core.types import FloatArray, IntArray
 
-OBSERVATIONS = sb3.OBSERVATIONS
+ENV_STEPS = sb3.ENV_STEPS
 
 _ROWS = 100
 
@@ -22,6 +22,6 @@ class _Padded(sb3.Greedy):
         return super().act(padded)[: len(observations)]
 
 
-def train(seed: int, observations: int, watch: Watch) -> None:
+def train(seed: int, env_steps: int, watch: Watch) -> None:
     """Train once."""
-    sb3.learn(DQN, _Padded, seed, observations, watch)
+    sb3.learn(DQN, _Padded, seed, env_steps, watch)

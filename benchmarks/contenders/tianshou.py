@@ -19,7 +19,7 @@ from touchdown.core.types import FloatArray, IntArray
 
 # examples/box2d/lunarlander_dqn.py of Tianshou, "found by Optuna"; all ten epochs are
 # trained, while the example stops at the first of its own tests that counts as solved
-OBSERVATIONS = 800_000
+ENV_STEPS = 800_000
 _EPOCH = 80_000
 _NUM_ENVS = 16
 _BATCH = 128
@@ -40,7 +40,7 @@ class _Greedy:
             return self._policy(Batch(obs=observations, info=Batch())).act
 
 
-def train(seed: int, observations: int, watch: Watch) -> None:
+def train(seed: int, env_steps: int, watch: Watch) -> None:
     """Train once."""
     first = training_start(seed, 0)  # not a seed of validation or test starts
     np.random.seed(first)  # noqa: NPY002 - the generator that Tianshou explores with
@@ -71,18 +71,18 @@ def train(seed: int, observations: int, watch: Watch) -> None:
     )
     collector.reset()
     collector.collect(n_step=_WARM_UP)
-    policy = _Greedy(policy)
+    greedy = _Greedy(policy)
 
     def step(_epoch: int, flown: int) -> None:
         epsilon = _EPSILON_TRAIN * (1 - _EPSILON_DECAY) ** flown
         policy.set_eps_training(max(epsilon, _EPSILON_TEST))
-        watch.step(_WARM_UP + flown, policy)
+        watch.step(_WARM_UP + flown, greedy)
 
     algorithm.run_training(
         OffPolicyTrainerParams(
             training_collector=collector,
-            max_epochs=math.ceil(observations / _EPOCH),
-            epoch_num_steps=min(_EPOCH, observations),
+            max_epochs=math.ceil(env_steps / _EPOCH),
+            epoch_num_steps=min(_EPOCH, env_steps),
             collection_step_num_env_steps=_NUM_ENVS,
             update_step_num_gradient_steps_per_sample=1 / _NUM_ENVS,
             batch_size=_BATCH,
@@ -92,4 +92,4 @@ def train(seed: int, observations: int, watch: Watch) -> None:
         )
     )
     # the trainer counted from zero again
-    watch.end(_WARM_UP + collector.collect_step, policy)
+    watch.end(_WARM_UP + collector.collect_step, greedy)

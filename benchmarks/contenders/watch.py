@@ -73,7 +73,7 @@ class Judge:
         self,
         policy: Policy,
         seconds: float,
-        observations: int,
+        env_steps: int,
         *,
         chosen: bool = False,
         last: bool = False,
@@ -83,24 +83,24 @@ class Judge:
         Args:
             policy: to evaluate.
             seconds: of training.
-            observations: environment steps of training.
+            env_steps: of training.
             chosen: whether the system itself selected the policy; else the best in validation is
                 held.
             last: whether these are the last weights of the training.
         """
-        results = self._validation.fly(policy, _VALIDATION)
+        results = self._validation.rollout(policy, _VALIDATION)
         validation = float(np.mean([result.episode_return for result in results]))
         held = chosen or validation > self._best
         self._best = max(self._best, validation)
         row = {
             "seconds": seconds,
-            "observations": observations,
+            "observations": env_steps,
             "validation_return": validation,
             "held": held,
             "last": last,
         }
         if held or last or (validation >= SOLVED_RETURN and not self._verified):
-            flown = self._test.fly(policy, _TEST)
+            flown = self._test.rollout(policy, _TEST)
             tested = float(np.mean([result.episode_return for result in flown]))
             row["test_return"] = tested
             row["landed"] = float(np.mean([result.outcome == "landed" for result in flown]))
@@ -128,7 +128,7 @@ class Watch:
         self._next = next_look(0.0, marks)
         self._clock = Stopwatch()
 
-    def step(self, observations: int, policy: Policy) -> None:
+    def step(self, env_steps: int, policy: Policy) -> None:
         """Call this often, between steps of training.
 
         Raises:
@@ -136,14 +136,14 @@ class Watch:
         """
         seconds = self._clock.seconds()
         if seconds >= self._most:
-            self.end(observations, policy)
+            self.end(env_steps, policy)
             raise Enough
         if seconds < self._next:
             return
         with self._clock.paused():
-            self._judge.look(policy, seconds, observations)
+            self._judge.look(policy, seconds, env_steps)
             self._next = next_look(seconds, self._marks)
 
-    def end(self, observations: int, policy: Policy) -> None:
+    def end(self, env_steps: int, policy: Policy) -> None:
         """Call this when training has ended."""
-        self._judge.look(policy, self._clock.seconds(), observations, last=True)
+        self._judge.look(policy, self._clock.seconds(), env_steps, last=True)

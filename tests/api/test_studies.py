@@ -198,7 +198,9 @@ def test_bad_input_is_one_line_and_harms_nothing(argv, said, tmp_path, monkeypat
 
 def test_a_report_of_what_was_not_run_is_refused(tmp_path):
     open_store(tmp_path / "results", make=True)
-    with pytest.raises(UserError, match="none of its runs is done; begin: touchdown study run"):
+    with pytest.raises(
+        UserError, match="none of its runs is done; start it with: touchdown study run"
+    ):
         studies.study_report("ladder", results_dir=tmp_path / "results")
 
 

@@ -50,7 +50,8 @@ def test_an_interrupted_run_says_how_to_continue_and_does(tmp_path, number):
     _, said = child.communicate(timeout=120)
     assert child.returncode == 130
     assert said.splitlines()[-1] == (
-        f"touchdown: stopped and saved; go on with: touchdown train --resume stop --runs-dir {runs}"
+        "touchdown: stopped and saved; "
+        f"continue with: touchdown train --resume stop --runs-dir {runs}"
     )
     done = run("train", "--resume", "stop", f"--runs-dir={runs}")
     assert done.returncode == 0, done.stderr

@@ -102,3 +102,9 @@ def test_actions_that_do_not_start_at_0_are_refused(registered):
 
     with pytest.raises(UserError, match=r"its actions are .*; they must start at 0"):
         environment.make_env(registered("Odd-v0", Odd))
+
+
+def test_the_exact_landers_spaces_are_those_of_the_environment_that_is_made():
+    made = environment.make_env(engine="gymnasium")
+    made.env.close()
+    assert environment.spaces_of("LunarLander-v3", "exact") == made.spaces

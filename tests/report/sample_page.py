@@ -30,7 +30,7 @@ _CLAIMS: tuple[tuple[str, Verdict, str], ...] = (
         "target-dqn 171, dqn -112: difference 283 [201, 366]; p < 0.001",
     ),
     (
-        "A target period around 800 observations is best.",
+        "A target period around 800 env steps is best.",
         "does not hold",
         "800 at 188, 3000 at 214: difference -26 [-41, -11]; p = 0.003",
     ),
@@ -77,7 +77,7 @@ def axis_picture(stem: Path) -> Picture:
         for at, mean in ((1, 40.0), (100, 150.0), (800, 210.0), (3000, 205.0), (10000, 120.0))
     ]
     figure = style.new_figure(7.2, 3.6)
-    ax = figures.draw_over_axis(figure.subplots(), {"": points}, "target period, observations", 800)
+    ax = figures.draw_over_axis(figure.subplots(), {"": points}, "target period, env steps", 800)
     figures.finish(ax, "test return", [point.values for point in points], "y")
     return _saved(figure, stem, "Test return of each target period")
 

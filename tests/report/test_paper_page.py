@@ -99,7 +99,7 @@ def test_every_claim_has_its_verdict_in_the_table_and_on_the_page(written):
     assert verdicts["Preferential memory raises it further."] == "undecided"
     assert verdicts["The best agent averages about 221."] == "undecided"
     assert verdicts["More nodes lower the return, with one hidden layer."] == "undecided"
-    assert verdicts["Twiddle betters gains that were picked by hand."] == "holds"
+    assert verdicts["Twiddle improves on gains that were picked by hand."] == "holds"
     text = report.page.read_text()
     assert text.count('class="evidence"') == len(claims)
 

@@ -1,4 +1,4 @@
-"""One run from its config, or from where it was stopped, to its last picture."""
+"""One run, from its config or its last checkpoint to its last picture."""
 
 import time
 from collections.abc import Callable
@@ -31,23 +31,24 @@ OVERLAID = 6  # starts whose flights are drawn over each other: more hide each o
 
 
 def complete(folder: RunFolder, console: Console | None) -> Run:
-    """Do whatever a run still lacks: training, choice of a checkpoint, test, pictures."""
+    """Do what a run still lacks: training, selection of a checkpoint, test, pictures."""
     device.use_default()
     where = folder.path.parent
     place = "" if where == DEFAULT_RUNS else f" --runs-dir {where}"
-    go_on = f"go on with: touchdown train --resume {folder.name}{place}"
+    continuing = f"continue with: touchdown train --resume {folder.name}{place}"
     try:
         return _completed(folder, console or Console(quiet=True))
     except Interrupted:
-        raise Interrupted(f"stopped and saved; {go_on}") from None
+        raise Interrupted(f"stopped and saved; {continuing}") from None
     except OSError as error:
         path = error.filename or folder.path
         raise UserError(
-            f"{path}: cannot be written: {one_line(error)}; what was saved before is whole; {go_on}"
+            f"{path}: cannot be written: {one_line(error)}; what was saved before is whole; "
+            f"{continuing}"
         ) from None
     except (MemoryError, RuntimeError) as error:
         if isinstance(error, RuntimeError) and "RESOURCE_EXHAUSTED" not in str(error):
-            raise  # only JAX's way to say that there is no memory left
+            raise  # JAX reports with this text that there is no memory left
         raise UserError(
             f"{folder.path}: out of memory ({one_line(error)[:120]}); "
             "a smaller capacity, batch_size or hidden_sizes would fit"
@@ -61,7 +62,7 @@ def _completed(folder: RunFolder, shown: Console) -> Run:
     with (
         views.TrainingView(shown, folder.name) as view,
         progress.stop_on_signals(shown) as stop,
-        # open to the end: it holds the right to write to the run
+        # open to the end, because it holds the lock on the run
         closing(
             Trainer(
                 folder,
@@ -110,12 +111,12 @@ def _completed(folder: RunFolder, shown: Console) -> Run:
 
 
 def _baselines(env_id: str) -> tuple[str, ...]:
-    """The policies that a run is shown beside."""
+    """The policies that a run's results are compared with."""
     return ("pid", "heuristic", "random") if rules.is_lander(env_id) else ("random",)
 
 
 def _how_it_was_solved(run: Run) -> str:
-    """How a run ended that stops as soon as its environment is solved."""
+    """The end of a run that stops as soon as its environment is solved, in words."""
     facts = policy_weights.facts_of(run.folder.best)
     mean = f"{policy_weights.final_return_of(run.folder.best):.1f}"
     if facts.solved_seconds is None:
@@ -143,7 +144,7 @@ def _draw(run: Run, tested: Evaluation, on_picture: Callable[[], object]) -> Non
 
 
 def _draw_policy(run: Run) -> str:
-    """Draw the greedy action of each cell of a grid world; give it as text, "" for other envs."""
+    """Draw the greedy action in each cell of a gridworld, and return it as text; else ""."""
     policy = run.policy
     env, spaces = environment.make_env(policy.env_id)
     env.close()

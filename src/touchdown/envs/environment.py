@@ -12,6 +12,7 @@ from touchdown.core.errors import UserError, one_line
 from touchdown.core.types import Spaces
 from touchdown.lander.engine import Engine
 from touchdown.lander.rules import MAX_EPISODE_STEPS, is_lander
+from touchdown.lander.space import discrete_actions, observation_space
 
 Env = gymnasium.Env[Any, Any]
 
@@ -71,21 +72,24 @@ def make_env(
     if action.start != 0:
         env.close()
         raise UserError(f"env_id {env_id!r}: its actions are {action}; they must start at 0")
-    return MadeEnv(env, _describe(env, num_states))
+    transitions = None if num_states is None else getattr(env.unwrapped, "P", None)
+    discrete = cast(spaces.Discrete, action)
+    return MadeEnv(env, _describe(observation, discrete, num_states, transitions))
 
 
-def _describe(env: Env, num_states: int | None) -> Spaces:
-    observation, action = (
-        cast(spaces.Box, env.observation_space),
-        cast(spaces.Discrete, env.action_space),
-    )
+def _describe(
+    observation: spaces.Box,
+    action: spaces.Discrete,
+    num_states: int | None = None,
+    transitions: Any = None,
+) -> Spaces:
     return Spaces(
         observation.shape[0],
         int(action.n),
         num_states,
         tuple(observation.low.tolist()),
         tuple(observation.high.tolist()),
-        None if num_states is None else getattr(env.unwrapped, "P", None),
+        transitions,
     )
 
 
@@ -98,11 +102,13 @@ def _exact_lander(render_mode: str | None) -> Env:
 def spaces_of(env_id: str, engine: Engine = "gymnasium") -> Spaces:
     """What an agent needs to know about an environment.
 
-    The environment is made for this, and closed again.
+    The exact lander's spaces are constants; any other environment is made for this, and closed.
 
     Raises:
         UserError: as `make_env`.
     """
+    if engine == "exact" and is_lander(env_id):
+        return _describe(observation_space(), discrete_actions())
     made = make_env(env_id, engine=engine)
     made.env.close()
     return made.spaces

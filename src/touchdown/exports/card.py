@@ -38,7 +38,7 @@ def model_card(source: Source, model_file: str, agreement: Agreement | None) -> 
 
 
 _NO_RESULTS = (
-    "This run has no evaluation yet: it was exported before its test flights, "
+    "This run has no evaluation yet: it was exported before its test episodes, "
     "so its performance is not known."
 )
 

@@ -14,10 +14,8 @@ from touchdown.agents.states import Grid
 from touchdown.core.errors import UserError
 from touchdown.core.types import FloatArray
 
-OPSET, IR_VERSION = (
-    17,
-    8,
-)  # of 2022: old enough for most runtimes, new enough for LayerNormalization
+# of 2022: old enough for most runtimes, new enough for LayerNormalization
+OPSET, IR_VERSION = 17, 8
 _EPSILON = 1e-5  # as in equinox's layer normalisation
 
 
@@ -64,9 +62,8 @@ def onnx_model(
     else:
         q = _table(graph, model, params)
     graph.add("ArgMax", q, output="action", axis=1, keepdims=0)
-    graph.add(
-        "Cast", q, output="q_values", to=kinds.FLOAT
-    )  # a table's values are double until here
+    # a table's values are double until here
+    graph.add("Cast", q, output="q_values", to=kinds.FLOAT)
     made = helper.make_model(
         helper.make_graph(
             graph.nodes,
@@ -141,9 +138,8 @@ def _network(graph: _Graph, network: QNetwork, params: FloatArray) -> str:
     if config.atoms:
         support = graph.constant(np.asarray(network.support), "support")
         return graph.add("MatMul", graph.add("Softmax", z, axis=-1), support)
-    return graph.add(
-        "ReduceMean", z, axes=[2], keepdims=0
-    )  # the value itself if there is one output
+    # the value itself if there is one output
+    return graph.add("ReduceMean", z, axes=[2], keepdims=0)
 
 
 def _linear(graph: _Graph, x: str, layers: Mapping[str, NDArray[Any]], name: str) -> str:

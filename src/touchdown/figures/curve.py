@@ -87,7 +87,7 @@ def exploration(ax: Axes, episodes: Rows) -> Axes:
     ax.set_ylim(0, 1.03)
     ax.set_yticks([0, 0.5, 1])
     ax.yaxis.set_major_formatter(PercentFormatter(1))
-    ax.set_xlabel("observations")
+    ax.set_xlabel("env steps")
     style.legend_above(ax)
     return style.tidy(ax)
 

@@ -26,11 +26,8 @@ UNDECIDED = "·"
 _TINTS = {"H": style.MUTED, "C": style.MUTED, "G": style.GREEN, "": "#f5f6f8"}
 _VALUES = LinearSegmentedColormap.from_list("values", ["#f3f8fb", "#c4ddec", "#5aa5cf"])
 _FONT = FontProperties(family="DejaVu Sans", weight="bold")  # comes with matplotlib, has arrows
-_ACTION_SIZE, _MARK_SIZE, _CORNER_SIZE = (
-    0.62,
-    0.48,
-    0.24,
-)  # height of an em, as a share of the side of a cell
+# height of an em, as a share of the side of a cell
+_ACTION_SIZE, _MARK_SIZE, _CORNER_SIZE = 0.62, 0.48, 0.24
 _OUTSIDE = " "  # between maps in a sheet
 _GAP = "   "  # between maps in text
 

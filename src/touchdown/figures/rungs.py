@@ -79,7 +79,7 @@ def _draw_curves(ax: Axes, curves: Mapping[str, Sequence[Curve]]) -> None:
 
 
 def _over_env_steps(ax: Axes) -> Axes:
-    ax.set_xlabel("observations")
+    ax.set_xlabel("env steps")
     ax.xaxis.set_major_formatter(EngFormatter(sep=""))
     ax.set_xlim(left=0)
     style.legend_above(ax)

@@ -1,13 +1,15 @@
 """The lander's observation and action spaces, and its physical state."""
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
 from touchdown.core.types import FloatArray
-from touchdown.lander._engine import Batch
+
+if TYPE_CHECKING:  # the engine may not have been built
+    from touchdown.lander._engine import Batch
 
 # stock's bounds; positions are in half viewports, see gymnasium's lunar_lander.py
 _HIGH = np.array([2.5, 2.5, 10, 10, 2 * np.pi, 10, 1, 1], np.float32)
@@ -22,9 +24,14 @@ def observation_space() -> spaces.Box:
     return spaces.Box(_LOW, _HIGH)
 
 
+def discrete_actions() -> spaces.Discrete:
+    """Stock's four discrete actions."""
+    return spaces.Discrete(4)
+
+
 def action_space(*, continuous: bool) -> spaces.Space[Any]:
     """Stock's action space: four discrete actions, or two throttles."""
-    return spaces.Box(-1, +1, (2,), np.float32) if continuous else spaces.Discrete(4)
+    return spaces.Box(-1, +1, (2,), np.float32) if continuous else discrete_actions()
 
 
 class LanderStates(NamedTuple):
@@ -49,7 +56,7 @@ class LanderStates(NamedTuple):
     """[N]: return points spent on the engines in this episode."""
 
 
-def read_states(batch: Batch) -> LanderStates:
+def read_states(batch: "Batch") -> LanderStates:
     """The physical states of all landers of a batch."""
     count = len(batch)
     bodies = np.empty((count, _NUM_BODIES, 6), np.float32)
@@ -69,7 +76,7 @@ def read_states(batch: Batch) -> LanderStates:
     )
 
 
-def read_terrain(batch: Batch, index: int) -> FloatArray:
+def read_terrain(batch: "Batch", index: int) -> FloatArray:
     """The corners of one lander's ground from left to right, metres, [11, 2]."""
     corners = np.empty((_NUM_CORNERS, 2))
     batch.terrain(index, corners)

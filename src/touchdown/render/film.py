@@ -179,8 +179,8 @@ def show_window(env_id: str, policy: Policy, seed: int, name: str) -> Flight:
 
 
 def _check_display() -> None:
-    # not at the top: Gymnasium has to come first, to keep pygame from printing a greeting
-    import pygame  # noqa: PLC0415
+    # Gymnasium has to come first, to keep pygame from printing a greeting
+    import pygame  # noqa: PLC0415 - only a window needs it
 
     none_here = UserError("window: there is no display here; write a .gif or .mp4 instead")
     chosen = "SDL_VIDEODRIVER" in os.environ

@@ -37,11 +37,11 @@ def write_paper_report(
 
     Args:
         scale: of the runs.
-        seeds: how many a study, if not its own number.
+        seeds: training seeds of each cell; None takes the study's own number.
         store: where the runs are.
         out: folder for the page and its pictures.
         names: topics to write; None takes all.
-        command: what makes the page's numbers, named on it.
+        command: the command that makes the page, which is shown on it.
         note: a sentence for the reader of the page, after its first.
         linked: whether the page links to the runs' folders.
         on_step: called with the name of each topic.

@@ -30,7 +30,7 @@ def write_study_report(
         seeds: how many of each cell.
         store: where the runs are.
         out: folder for the page and its pictures.
-        command: what makes the page's numbers, named on it.
+        command: the command that makes the page, which is shown on it.
         note: a sentence for the reader of the page, after the study's question.
         linked: whether the page links to the runs' folders.
         on_step: called when the section is begun.

@@ -36,7 +36,7 @@ def _percent(value: float) -> str:
 
 
 def _known(value: float, spec: str) -> str:
-    """A number; a dash where a run has none, for it was not tested."""
+    """A number; a dash if the run was not tested and has none."""
     return _NONE if math.isnan(value) else format(value, spec)
 
 

@@ -103,7 +103,7 @@ def _improvement(base: FloatArray, other: FloatArray, seed: int) -> Interval:
 
 
 def _seeds_for(test: Any, effect: float, alpha: float) -> int | None:
-    """Seeds per side for `POWER` at alpha; None without an effect, or above `MOST_SEEDS`."""
+    """Seeds per side for `POWER` at alpha; None without an effect, or above `MOST_SEEDS_NEEDED`."""
     if math.isinf(effect):
         return 2
     if abs(effect) < _NOTHING:

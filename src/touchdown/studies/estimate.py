@@ -55,7 +55,7 @@ class Estimate:
     missing: int
     """Training runs."""
     tunings: int
-    """Of the PID, missing too."""
+    """Missing tunings of the PID."""
     env_steps: int
     """Environment steps of the runs, at most: a run may stop earlier."""
     seconds: float
@@ -147,13 +147,13 @@ def estimate(
         seconds += sum(trial * (1 if each.tuner == "hand" else each.trials) for each in searches)
     # baselines and recorded flights take a second each: they are counted, not timed
     unrecorded = len(store.unrecorded([*runs, *tunings])) + len(store.missing(baselines))
-    env_steps = sum(most_observations(job.config) for job in missing)
+    env_steps = sum(most_env_steps(job.config) for job in missing)
     return Estimate(
         len(missing), len(searches), env_steps, seconds / workers, len(unknown), unrecorded
     )
 
 
-def most_observations(config: Config) -> int:
+def most_env_steps(config: Config) -> int:
     """The most environment steps of a run: its limit, or all episodes at full length."""
     training = config.training
     return training.max_env_steps or training.episodes * 1_000
@@ -161,7 +161,7 @@ def most_observations(config: Config) -> int:
 
 def _seconds_of(config: Config, pace: _Pace, times: _FlightTimes) -> float:
     """Of one run: training, the choice of a checkpoint, and the test of two checkpoints."""
-    training, env_steps = config.training, most_observations(config)
+    training, env_steps = config.training, most_env_steps(config)
     flights = training.candidate_checkpoints * training.final_validation_episodes
     if not pace.validated:
         flights += env_steps // training.validation_period * training.validation_episodes

@@ -58,7 +58,7 @@ class Executor(Protocol):
             jobs: in the order to begin them.
             store: folder in which each has its own in the end.
             on_event: called with each event.
-            should_stop: asked now and then; True saves what is under way and stops.
+            should_stop: asked now and then; True saves unfinished jobs and stops.
 
         Raises:
             Interrupted: `should_stop` returned True.
@@ -127,7 +127,7 @@ class LocalExecutor:
     """Worker processes of this machine, one thread each.
 
     Args:
-        workers: how many; as many as there are cores if None.
+        workers: how many; None takes one per core.
     """
 
     def __init__(self, workers: int | None = None) -> None:
@@ -235,7 +235,7 @@ class _LocalRun:
             self._again(job, f"its worker died (exit code {code})")
 
     def _stop(self) -> None:
-        """Have workers save what is under way."""
+        """Have workers save their unfinished jobs."""
         until = time.monotonic() + _PATIENCE
         for each in self._busy():
             try:

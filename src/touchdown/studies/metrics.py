@@ -7,7 +7,7 @@ METRICS = {
     "early_return": "mean validation return over the first third of training",
     "area": "mean validation return over training",
     "hover_share": "share of training episodes that ran 1000 steps",
-    "worst_return": "least of the test returns",
+    "worst_return": "lowest of the test returns",
 }
 """What each number is, in return points or shares; fields of `RunResult`."""
 TEST_METRICS = ("best_return", "last_return", "worst_return")

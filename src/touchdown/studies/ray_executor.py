@@ -30,7 +30,7 @@ from touchdown.studies.worker import Message, attempt
 
 _BETWEEN_LOOKS = 0.5  # seconds
 _BETWEEN_SENDS = 5.0  # seconds between two folders sent of one job
-_PATIENCE = 60.0  # seconds for what is under way to be saved
+_PATIENCE = 60.0  # seconds for unfinished jobs to be saved
 
 
 class RayExecutor:
@@ -38,7 +38,7 @@ class RayExecutor:
 
     Args:
         address: `ray` for the cluster that this machine belongs to, or `ray://host:port`.
-        workers: jobs at a time; as many as the cluster has CPUs if None.
+        workers: jobs at the same time; None takes one per CPU of the cluster.
 
     Raises:
         UserError: the cluster cannot be reached.
@@ -234,7 +234,7 @@ class _RayRun:
             self._refused = f"{self._store / digest}: cannot be written: {one_line(error)}"
 
     def _stop(self) -> None:
-        """Have nodes save what is under way and send it here."""
+        """Have nodes save their unfinished jobs and send them here."""
         self._waiting.clear()
         ray.get(self._mailbox.stop.remote())
         until = time.monotonic() + _PATIENCE

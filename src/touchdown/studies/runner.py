@@ -1,4 +1,4 @@
-"""Running what is missing of some studies, and reporting the state of it."""
+"""Run the jobs of studies that are missing, and report their state."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -13,11 +13,11 @@ from touchdown.studies.work import TrainJob
 
 @dataclass(slots=True)
 class State:
-    """How far the jobs of a study are."""
+    """How much of a study is done."""
 
     total: int
     done: int
-    """Those that were done before count as well."""
+    """Jobs done, those from before included."""
     running: dict[str, JobProgress] = field(default_factory=dict[str, JobProgress])
     failed: dict[str, str] = field(default_factory=dict[str, str])
     died: int = 0
@@ -53,7 +53,7 @@ def run_jobs(
         store: where their results are kept.
         executor: does them.
         on_state: called after each event.
-        should_stop: asked now and then; True saves what is under way and stops.
+        should_stop: asked now and then; True saves unfinished jobs and stops.
 
     Returns:
         The state at the end; it names the jobs that failed.

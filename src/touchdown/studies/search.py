@@ -1,4 +1,4 @@
-"""Searching an agent's settings with Optuna: several seeds a trial, pruned by the median."""
+"""Search an agent's settings with Optuna: several seeds per trial, pruned by the median."""
 
 import dataclasses
 import warnings
@@ -143,7 +143,7 @@ def search(
 
     Args:
         study: of Optuna.
-        base: settings that the search changes some of.
+        base: settings, of which the search changes some.
         store: where the trials' runs are kept.
         executor: runs a trial's seeds in parallel.
         trials: how many in all.
@@ -154,7 +154,7 @@ def search(
 
     Raises:
         Interrupted: `should_stop` returned True.
-        UserError: nothing can be written, or no trial came to its end.
+        UserError: nothing can be written, or no trial was completed.
     """
     space = space_of(base)
     if alone:
@@ -172,7 +172,7 @@ def search(
 
 
 def _take_up_again(study: optuna.Study) -> None:
-    """Retry the trials that were under way when the search was stopped; finished runs are kept."""
+    """Retry the trials that were running when the search was stopped; finished runs are kept."""
     for left in study.get_trials(states=[optuna.trial.TrialState.RUNNING]):
         study.tell(left.number, state=optuna.trial.TrialState.FAIL)
         study.enqueue_trial(left.params)
@@ -229,7 +229,7 @@ def _return_of(job: TrainJob, store: Store, *, failed: bool) -> float:
 def _found(study: optuna.Study, base: Config, space: Mapping[str, Range | Choice]) -> Searched:
     complete = study.get_trials(deepcopy=False, states=[optuna.trial.TrialState.COMPLETE])
     if not complete:
-        raise UserError("trials: none came to its end; make more of them")
+        raise UserError("trials: none was completed; ask for more of them")
     best = study.best_trial
     fixed = optuna.trial.FixedTrial(best.params)
     changed = {name: of.suggest(fixed, name) for name, of in space.items()}

@@ -55,12 +55,12 @@ class Store:
         return [job for job in each_once.values() if not job.is_done(self.runs)]
 
     def without_results(self, jobs: Sequence[SomeJob]) -> list[SomeJob]:
-        """The jobs whose numbers are not there yet, each once, in their order."""
+        """The jobs that have no results yet, each once, in their order."""
         each_once = {job.digest: job for job in jobs}
         return [job for job in each_once.values() if not job.has_results(self.runs)]
 
     def unrecorded(self, jobs: Sequence[SomeJob]) -> list[SomeJob]:
-        """The jobs whose numbers are there, but not all their recorded flights."""
+        """The jobs that have results, but not all their recorded flights."""
         return [job for job in self.missing(jobs) if job.has_results(self.runs)]
 
     def failed(self) -> dict[str, str]:
@@ -81,7 +81,7 @@ class Store:
 
 
 def open_store(path: Path, *, make: bool = False) -> Store:
-    """A folder of results.
+    """Open a folder of results.
 
     Args:
         path: of the folder.
@@ -117,10 +117,10 @@ def open_store(path: Path, *, make: bool = False) -> Store:
 
 @contextmanager
 def held(store: Store) -> Generator[None]:
-    """The right to run jobs in a folder of results, until the block ends or its process dies.
+    """Hold the lock on a folder of results until the block ends or the process dies.
 
     Raises:
-        UserError: another process has it.
+        UserError: another process holds it.
     """
     with files.refusing(str(store.path)), (store.path / "lock").open("ab") as file:
         try:

@@ -1,4 +1,4 @@
-"""What the verbs of studies do, as functions for a notebook."""
+"""What the study verbs do, as functions for a notebook."""
 
 from touchdown.api.studies.agent_search import TunedAgent, tune_agent
 from touchdown.api.studies.comparison import compare

@@ -1,4 +1,4 @@
-"""Searching an agent's settings with Optuna, and writing the winner to a file."""
+"""Search an agent's settings with Optuna, and write the best ones to a file."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ from touchdown.studies.store import DEFAULT_RESULTS
 
 @dataclass(frozen=True, slots=True)
 class TunedAgent:
-    """What a search found, and the files that hold it."""
+    """The result of a search, and the files that hold it."""
 
     value: float
     trials: int
@@ -58,21 +58,22 @@ def tune_agent(
 
     Args:
         preset: settings to start from.
-        trials: to make in all; those made before count.
+        trials: number of trials in total, earlier ones included.
         seeds: training seeds of each trial.
-        env_steps: of each run, if not the preset's number.
+        env_steps: environment steps of each run; None takes the preset's limit.
         seed: of the sampler.
-        storage: Optuna's, such as `postgresql://…` for many machines; SQLite in the folder of
-            results if None.
-        out: TOML file for the winner; its importance plot lies beside it. None writes none.
-        executor: runs a trial's seeds; worker processes of this machine if None.
-        results_dir: where the trials' runs are kept.
-        console: where to show progress; quiet if None.
+        storage: Optuna's, such as `postgresql://…` for many machines; None takes SQLite in the
+            results folder.
+        out: TOML file for the best settings, with a plot of their importance beside it; None
+            writes neither.
+        executor: runs a trial's seeds; None takes worker processes on this machine.
+        results_dir: folder that holds the trials' runs.
+        console: where to show progress; None shows nothing.
 
     Raises:
         UserError: a number is out of range, Optuna is not installed, the storage cannot be
             reached, or nothing can be written.
-        Interrupted: Ctrl-C or SIGTERM; the trials made are kept.
+        Interrupted: Ctrl-C or SIGTERM; finished trials are kept.
     """
     for name, value in (("trials", trials), ("seeds", seeds), ("env_steps", env_steps)):
         if value is not None and value < 1:
@@ -116,7 +117,9 @@ def tune_agent(
                 should_stop=stop,
             )
     except Interrupted:
-        raise Interrupted("stopped; the trials made are kept, the same command goes on") from None
+        raise Interrupted(
+            "stopped; finished trials are kept, and the same command continues"
+        ) from None
     written: list[Path] = []
     if out is not None:
         path = Path(out)

@@ -1,4 +1,4 @@
-"""Comparing runs on one page."""
+"""Compare runs on one page."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -24,8 +24,8 @@ def compare(
     Args:
         names: of finished runs; the others are compared with the first one's settings.
         out: folder for the page.
-        runs_dir: where runs are kept.
-        console: where to show progress; quiet if None.
+        runs_dir: folder that holds the runs.
+        console: where to show progress; None shows nothing.
 
     Returns:
         The page.

@@ -20,18 +20,18 @@ PAPER = "paper"
 
 @dataclass(frozen=True, slots=True)
 class StudySelection:
-    """All that is run under one name."""
+    """All jobs that one name stands for."""
 
     name: str
     scale: Scale
     file: Path | None
-    """Of a user's study."""
+    """The TOML file of a user's study; None for the paper's."""
     studies: tuple[tuple[Study, int], ...]
     """Each with its number of seeds."""
     pid_jobs: tuple[PidJob, ...]
     baselines: tuple[BaselineJob, ...]
     seeds: int | None
-    """The number that was asked for; None for the studies' own."""
+    """Seeds of each cell that were asked for; None for the studies' own numbers."""
 
     @property
     def train_jobs(self) -> list[TrainJob]:
@@ -40,7 +40,7 @@ class StudySelection:
 
     @property
     def jobs(self) -> list[Job]:
-        """The baselines and the PID's tunings first, for they are short, then all training runs."""
+        """The baselines and the PID's tunings first, as they are short, then the training runs."""
         return [*self.baselines, *self.pid_jobs, *self.train_jobs]
 
     def command(self, store: Store | None = None) -> str:
@@ -75,7 +75,7 @@ def find_study(name: str, *, scale: str = "quick", seeds: int | None = None) -> 
     Args:
         name: `paper`, one of its topics, or the path of a study's TOML file.
         scale: of the paper's studies: `quick` or `full`.
-        seeds: training seeds of each cell, if not the study's own number.
+        seeds: training seeds of each cell; None takes the study's own number.
 
     Raises:
         UserError: there is no such study, or its file is broken.
@@ -119,8 +119,8 @@ def find_started(
     Args:
         store: where it was run.
         name: of a study; None takes all that were started in the store.
-        scale: of the paper's studies, if not as last run.
-        seeds: training seeds of each cell, if not as last run.
+        scale: of the paper's studies; None takes the scale last run.
+        seeds: training seeds of each cell; None takes the number last asked for.
 
     Raises:
         UserError: there is no such study, or none was started.

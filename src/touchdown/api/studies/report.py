@@ -28,12 +28,12 @@ def study_report(
     """Write a study's page: figures, verdicts on its claims, flights, tables.
 
     Args:
-        name: of a study; None takes the one that was started, if it is one.
-        scale: of the paper's; as it was last run if None.
-        seeds: as it was last run if None.
-        out: folder for the page; in the folder of results if None, and then it links to the runs.
-        results_dir: where results are kept.
-        console: where to show progress; quiet if None.
+        name: of a study; None takes the only one that was started.
+        scale: of the paper's studies; None takes the scale last run.
+        seeds: training seeds of each level; None takes the number last asked for.
+        out: folder for the page; None makes one in the results folder, with links to the runs.
+        results_dir: folder that holds the runs and reports of studies.
+        console: where to show progress; None shows nothing.
 
     Raises:
         UserError: there is no such folder or study, none of its runs is done, or the page cannot
@@ -43,12 +43,13 @@ def study_report(
     started = find_started(store, name, scale, seeds)
     if len(started) > 1:
         names = ", ".join(each.name for each in started)
-        raise UserError(f"name: must be one of {names}, for several studies were started")
+        raise UserError(f"name: must be one of {names}, because several studies were started")
     selection = started[0]
     runs = [*selection.pid_jobs, *selection.train_jobs]
     if len(store.without_results(runs)) == len(runs):
         raise UserError(
-            f"study {selection.name!r}: none of its runs is done; begin: {selection.command()}"
+            f"study {selection.name!r}: none of its runs is done; "
+            f"start it with: {selection.command()}"
         )
     folder = Path(out) if out is not None else store.path / "reports" / selection.name
     command = f"{selection.command(store)} && {_report_command(selection, store, out)}"
@@ -92,13 +93,13 @@ def _report_command(selection: StudySelection, store: Store, out: Path | str | N
 
 
 def _note_on_flights(selection: StudySelection, store: Store) -> str:
-    """A sentence on flights that are not recorded; "" where all are."""
+    """A sentence about flights that are not recorded; "" if all are."""
     runs = len(store.unrecorded(selection.jobs))
     if not runs and not store.without_results(selection.baselines):
         return ""
     what = [f"the flights of {runs} finished run{'s' * (runs > 1)}"] if runs else []
     what += ["the baselines' flights"] if store.without_results(selection.baselines) else []
-    text = f"{' and '.join(what)} are not recorded, and what shows them is left out; "
+    text = f"{' and '.join(what)} are not recorded, so what shows them is left out; "
     return (
         f"{text[0].upper()}{text[1:]}to record them without training, {selection.command(store)}."
     )

@@ -1,4 +1,4 @@
-"""Running what is missing of a study, and how long that will take."""
+"""Run a study, or estimate how long it will take."""
 
 from pathlib import Path
 
@@ -25,23 +25,23 @@ def run_study(
     results_dir: Path | str = DEFAULT_RESULTS,
     console: Console | None = None,
 ) -> State:
-    """Run what is missing of a study; what is done already, in any study, is not done again.
+    """Run a study; runs that are done already, in any study, are not repeated.
 
     Args:
         name: `paper`, one of its topics, or the path of a study's TOML file.
         scale: of the paper's studies: `quick` or `full`.
-        seeds: training seeds of each cell, if not the study's own number.
-        executor: does the jobs; if None, one worker process per core of this machine.
-        results_dir: where results are kept.
-        console: where to show progress; quiet if None.
+        seeds: training seeds of each cell; None takes the study's own number.
+        executor: does the jobs; None takes one worker process per core of this machine.
+        results_dir: folder that holds the runs and reports of studies.
+        console: where to show progress; None shows nothing.
 
     Returns:
-        How it ended; it names the runs that failed.
+        The state at the end, with the runs that failed.
 
     Raises:
         UserError: there is no such study, its file is broken, the folder is of another version or
-            in use, or nothing can be written; what is done stays.
-        Interrupted: Ctrl-C or SIGTERM; what was under way was saved.
+            in use, or nothing can be written; finished runs stay.
+        Interrupted: Ctrl-C or SIGTERM; unfinished runs were saved.
     """
     selection = find_study(name, scale=scale, seeds=seeds)
     shown = console or Console(quiet=True)
@@ -62,7 +62,7 @@ def run_study(
                 should_stop=stop,
             )
     except Interrupted:
-        raise Interrupted(f"stopped and saved; go on with: {selection.command()}") from None
+        raise Interrupted(f"stopped and saved; continue with: {selection.command()}") from None
 
 
 def estimate_study(
@@ -74,17 +74,17 @@ def estimate_study(
     results_dir: Path | str = DEFAULT_RESULTS,
     console: Console | None = None,
 ) -> Estimate:
-    """How long a study will take, from the speed that its kinds of run have on this machine.
+    """Estimate how long a study will take, from the speed of each kind of run on this machine.
 
-    The speed of a kind with a finished run is known; each other kind is trained for a few seconds.
+    Finished runs show the speed of their kind; every other kind is trained for a few seconds.
 
     Args:
         name: `paper`, one of its topics, or the path of a study's TOML file.
         scale: of the paper's studies: `quick` or `full`.
-        seeds: training seeds of each cell, if not the study's own number.
-        workers: runs at a time; as many as there are cores if None.
-        results_dir: where results are kept, if there are any.
-        console: where to show progress; quiet if None.
+        seeds: training seeds of each cell; None takes the study's own number.
+        workers: runs at the same time; None takes one per core.
+        results_dir: folder that holds the runs of studies; it need not exist.
+        console: where to show progress; None shows nothing.
 
     Raises:
         UserError: there is no such study, or its file is broken.
@@ -110,7 +110,7 @@ def executor_of(on: str, workers: int | None = None) -> Executor:
 
     Args:
         on: `local`, `ray` for a cluster that this machine belongs to, or `ray://host:port`.
-        workers: jobs at a time, if not as many as there are cores.
+        workers: jobs at the same time; None takes one per core.
 
     Raises:
         UserError: there is no such place, or Ray is not installed.

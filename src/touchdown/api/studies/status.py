@@ -1,4 +1,4 @@
-"""How far studies are, and which runs failed and why."""
+"""How much of each study is done, and which runs failed and why."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -15,17 +15,17 @@ from touchdown.studies.store import DEFAULT_RESULTS
 
 @dataclass(frozen=True, slots=True)
 class StudyProgress:
-    """How far one study is."""
+    """How much of one study is done."""
 
     name: str
     runs: int
     done: int
-    """Trained and tested: their numbers are there."""
+    """Trained and tested."""
     failed: dict[str, str]
-    """Why, by the run's name."""
+    """The reason of each failure, by the run's name."""
     unrecorded: int = 0
-    """Of the done ones, those whose flights are not recorded, for a version without such records
-    ran them: `study run` records their flights and does not train again."""
+    """Those of the done runs whose flights are not recorded, because an earlier version ran them:
+    `study run` records the flights and does not train again."""
 
     def to_dict(self) -> dict[str, Any]:
         """As values for JSON."""
@@ -39,13 +39,13 @@ def study_status(
     seeds: int | None = None,
     results_dir: Path | str = DEFAULT_RESULTS,
 ) -> list[StudyProgress]:
-    """How far studies are.
+    """How much of each study is done.
 
     Args:
-        name: of one; None takes all that were started in the folder.
-        scale: of the paper's; as it was last run if None.
-        seeds: as it was last run if None.
-        results_dir: where results are kept.
+        name: of a study; None takes all that were started in the folder.
+        scale: of the paper's studies; None takes the scale last run.
+        seeds: training seeds of each level; None takes the number last asked for.
+        results_dir: folder that holds the runs and reports of studies.
 
     Raises:
         UserError: there is no such folder or study.

@@ -147,7 +147,7 @@ def pid_claims() -> tuple[Claim, ...]:
     return (
         Claim("The tuned PID averages about 222.", "C", Near(("twiddle",), 222, _ABOUT)),
         Claim(
-            "Twiddle betters gains that were picked by hand.",
+            "Twiddle improves on gains that were picked by hand.",
             "C",
             Greater(("twiddle",), ("hand",)),
         ),
@@ -158,7 +158,7 @@ def target_period_claims(scale: Scale) -> tuple[Claim, ...]:
     """The period between copies to the target network (section 8.2)."""
     return (
         Claim(
-            "A target period around 800 observations is best.",
+            "A target period around 800 env steps is best.",
             "8.2",
             Best((("800",),), labels_of(TARGET_PERIODS[scale])),
         ),
