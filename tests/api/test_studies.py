@@ -88,8 +88,10 @@ def test_runs_of_a_version_that_recorded_no_flights_are_done_and_get_them_withou
     text = studies.study_report(str(file), results_dir=old).page.read_text()
     assert "data:image/gif" not in text
     command = f"touchdown study run {file} --results-dir {old}"
-    said = f"The flights of 4 finished runs are not recorded, and what shows them is left out; to \
-record them without training, {command}."
+    said = (
+        "The flights of 4 finished runs are not recorded, so this page leaves out what shows them. "
+        f"{command} records them without training."
+    )
     assert html.escape(said) in text
     state = studies.run_study(str(file), results_dir=old, executor=LocalExecutor(1))
     assert (state.total, state.done) == (4, 4)
@@ -215,7 +217,7 @@ def test_studies_are_listed_for_people_and_for_scripts(capsys):
 def test_an_agents_settings_are_searched_and_the_search_goes_on(tmp_path):
     pytest.importorskip("optuna")
     out = tmp_path / "found.toml"
-    settings = {"seeds": 2, "observations": 1_000, "out": out, "results_dir": tmp_path / "results"}
+    settings = {"seeds": 2, "env_steps": 1_000, "out": out, "results_dir": tmp_path / "results"}
     first = studies.tune_agent("cartpole", trials=2, executor=LocalExecutor(2), **settings)
     assert first.trials == 2
     more = studies.tune_agent("cartpole", trials=3, executor=LocalExecutor(2), **settings)

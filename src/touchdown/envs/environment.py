@@ -11,8 +11,8 @@ from gymnasium.wrappers import DtypeObservation, FlattenObservation, TimeLimit
 from touchdown.core.errors import UserError, one_line
 from touchdown.core.types import Spaces
 from touchdown.lander.engine import Engine
-from touchdown.lander.rules import MAX_EPISODE_STEPS, is_lander
-from touchdown.lander.space import discrete_actions, observation_space
+from touchdown.lander.rules import MAX_EPISODE_STEPS, NUM_ACTIONS, is_lander
+from touchdown.lander.space import observation_space
 
 Env = gymnasium.Env[Any, Any]
 
@@ -72,20 +72,20 @@ def make_env(
     if action.start != 0:
         env.close()
         raise UserError(f"env_id {env_id!r}: its actions are {action}; they must start at 0")
+    box = cast(spaces.Box, observation)
     transitions = None if num_states is None else getattr(env.unwrapped, "P", None)
-    discrete = cast(spaces.Discrete, action)
-    return MadeEnv(env, _describe(observation, discrete, num_states, transitions))
+    return MadeEnv(env, _describe(box, int(action.n), num_states, transitions))
 
 
 def _describe(
     observation: spaces.Box,
-    action: spaces.Discrete,
+    num_actions: int,
     num_states: int | None = None,
     transitions: Any = None,
 ) -> Spaces:
     return Spaces(
         observation.shape[0],
-        int(action.n),
+        num_actions,
         num_states,
         tuple(observation.low.tolist()),
         tuple(observation.high.tolist()),
@@ -108,7 +108,7 @@ def spaces_of(env_id: str, engine: Engine = "gymnasium") -> Spaces:
         UserError: as `make_env`.
     """
     if engine == "exact" and is_lander(env_id):
-        return _describe(observation_space(), discrete_actions())
+        return _describe(observation_space(), NUM_ACTIONS)
     made = make_env(env_id, engine=engine)
     made.env.close()
     return made.spaces

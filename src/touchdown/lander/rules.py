@@ -8,6 +8,7 @@ EXACT_ID = "touchdown/LunarLander-v3"
 MAX_EPISODE_STEPS = 1_000  # Gymnasium's time limit of the lander
 SOLVED_RETURN = 200.0  # episode return from which Gymnasium calls the lander solved
 OBSERVATION_SIZE = 8
+NUM_ACTIONS = 4
 MAIN_ENGINE_COST = 0.3  # return points per step, as in gymnasium's lunar_lander.py
 SIDE_ENGINE_COST = 0.03
 NOTHING, STEP, BEGIN = range(3)  # an environment's task in one call of a batch

@@ -7,6 +7,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from touchdown.core.types import FloatArray
+from touchdown.lander.rules import NUM_ACTIONS
 
 if TYPE_CHECKING:  # the engine may not have been built
     from touchdown.lander._engine import Batch
@@ -24,14 +25,9 @@ def observation_space() -> spaces.Box:
     return spaces.Box(_LOW, _HIGH)
 
 
-def discrete_actions() -> spaces.Discrete:
-    """Stock's four discrete actions."""
-    return spaces.Discrete(4)
-
-
 def action_space(*, continuous: bool) -> spaces.Space[Any]:
     """Stock's action space: four discrete actions, or two throttles."""
-    return spaces.Box(-1, +1, (2,), np.float32) if continuous else discrete_actions()
+    return spaces.Box(-1, +1, (2,), np.float32) if continuous else spaces.Discrete(NUM_ACTIONS)
 
 
 class LanderStates(NamedTuple):

@@ -99,7 +99,5 @@ def _note_on_flights(selection: StudySelection, store: Store) -> str:
         return ""
     what = [f"the flights of {runs} finished run{'s' * (runs > 1)}"] if runs else []
     what += ["the baselines' flights"] if store.without_results(selection.baselines) else []
-    text = f"{' and '.join(what)} are not recorded, so what shows them is left out; "
-    return (
-        f"{text[0].upper()}{text[1:]}to record them without training, {selection.command(store)}."
-    )
+    text = f"{' and '.join(what)} are not recorded, so this page leaves out what shows them. "
+    return f"{text[0].upper()}{text[1:]}{selection.command(store)} records them without training."
