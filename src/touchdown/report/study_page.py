@@ -33,7 +33,7 @@ def write_study_report(
         command: the command that makes the page, which is shown on it.
         note: a sentence for the reader of the page, after the study's question.
         linked: whether the page links to the runs' folders.
-        on_step: called when the section is begun.
+        on_step: called when the section starts.
 
     Raises:
         UserError: the runs' files are broken, or something cannot be written.
