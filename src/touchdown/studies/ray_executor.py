@@ -162,7 +162,8 @@ class _RayRun:
         self._running: dict[Any, Job] = {}
         self._refused: str | None = None
         here = ray.get_runtime_context().get_node_id()
-        strategy = NodeAffinitySchedulingStrategy(here, soft=True)
+        # a soft affinity would let Ray place it on another node, with which it would be lost
+        strategy = NodeAffinitySchedulingStrategy(here, soft=False)
         self._mailbox: Any = (
             ray.remote(_Mailbox).options(num_cpus=0, scheduling_strategy=strategy).remote()
         )
