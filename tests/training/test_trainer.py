@@ -90,6 +90,17 @@ def assert_same_run(one: RunFolder, other: RunFolder) -> None:
         np.testing.assert_array_equal(value, weights_of(other)[name])
 
 
+def assert_resumes_exactly(tmp_path, config, *, stops: int, asked: int) -> None:
+    """A run stopped `stops` times, each time when asked the `asked`-th time, equals a whole one."""
+    whole, stopped = (folders.create(tmp_path, config, name) for name in ("whole", "stopped"))
+    train(whole)
+    for _ in range(stops):
+        with pytest.raises(Interrupted):
+            train(stopped, after(asked))
+    train(stopped)
+    assert_same_run(whole, stopped)
+
+
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory) -> RunFolder:
     folder = folders.create(tmp_path_factory.mktemp("runs"), small_config(), "finished")
@@ -171,13 +182,7 @@ def test_returns_of_several_steps_and_priorities_go_on_in_mid_flight_too(tmp_pat
         replay=replace(config.replay, prioritized=True, resaves=0),
         learning=replace(config.learning, n_step=n_step),
     )
-    whole, stopped = (folders.create(tmp_path, config, name) for name in ("whole", "stopped"))
-    train(whole)
-    for _ in range(5):
-        with pytest.raises(Interrupted):
-            train(stopped, after(1))
-    train(stopped)
-    assert_same_run(whole, stopped)
+    assert_resumes_exactly(tmp_path, config, stops=5, asked=1)
 
 
 def test_each_environment_of_a_pool_goes_on_in_mid_flight(tmp_path):
@@ -187,13 +192,7 @@ def test_each_environment_of_a_pool_goes_on_in_mid_flight(tmp_path):
         env_id="LunarLander-v3",
         learning=replace(config.learning, update_period=2, n_step=3, target="sarsa"),
     )
-    whole, stopped = (folders.create(tmp_path, config, name) for name in ("whole", "stopped"))
-    train(whole)
-    for _ in range(4):
-        with pytest.raises(Interrupted):
-            train(stopped, after(2))
-    train(stopped)
-    assert_same_run(whole, stopped)
+    assert_resumes_exactly(tmp_path, config, stops=4, asked=2)
 
 
 @pytest.mark.parametrize("update_period", [1, 4])
@@ -206,13 +205,7 @@ def test_noise_and_atoms_go_on_in_mid_flight_too(tmp_path, update_period):
         exploration=ExplorationConfig(schedule="constant", epsilon_start=0.0),
         learning=replace(config.learning, update_period=update_period),
     )
-    whole, stopped = (folders.create(tmp_path, config, name) for name in ("whole", "stopped"))
-    train(whole)
-    for _ in range(5):
-        with pytest.raises(Interrupted):
-            train(stopped, after(1))
-    train(stopped)
-    assert_same_run(whole, stopped)
+    assert_resumes_exactly(tmp_path, config, stops=5, asked=1)
 
 
 def test_a_run_stopped_in_its_last_flight_finishes_it(tmp_path):

@@ -1,4 +1,4 @@
-"""The part that all agents share: exploring actions, and the counts that schedules follow."""
+"""The parts that all agents share: exploring actions, and the counts that schedules follow."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -97,3 +97,33 @@ class Actor:
         self.next_q = None if next_q is None else next_q.copy()
         self.env_steps, self.updates = facts["observations"], facts["updates"]
         self._explorer.epsilon = float(facts["epsilon"])
+
+
+class ActingAgent:
+    """The part of the `Agent` protocol that an agent's actor answers.
+
+    Args:
+        actor: the agent's own.
+    """
+
+    def __init__(self, actor: Actor) -> None:
+        self._actor = actor
+
+    @property
+    def env_steps(self) -> int:
+        """Environment steps observed so far."""
+        return self._actor.env_steps
+
+    @property
+    def updates(self) -> int:
+        """Updates of the parameters so far."""
+        return self._actor.updates
+
+    @property
+    def epsilon(self) -> float:
+        """The probability of a random action."""
+        return self._actor.epsilon
+
+    def begin_episode(self, ended: int) -> None:
+        """Set ε, where its schedule counts episodes."""
+        self._actor.begin_episode(ended)

@@ -6,7 +6,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from touchdown.agents.actor import Actor, periods_crossed
+from touchdown.agents.actor import ActingAgent, Actor, periods_crossed
 from touchdown.agents.agent import Model
 from touchdown.agents.learners.learner import Learner
 from touchdown.config.config import Config
@@ -24,7 +24,7 @@ def _proportional(config: ReplayConfig) -> Proportional | None:
     return Proportional(config.alpha, config.beta, config.beta_duration)
 
 
-class DQNAgent:
+class DQNAgent(ActingAgent):
     """Algorithm 2, with the paper's target network and re-saved rewards where the config asks.
 
     Args:
@@ -35,9 +35,9 @@ class DQNAgent:
     """
 
     def __init__(self, config: Config, spaces: Spaces, streams: Streams, learner: Learner) -> None:
+        super().__init__(Actor(config, spaces.num_actions, streams.exploration))
         self._config = config
         self._rng = streams.replay
-        self._actor = Actor(config, spaces.num_actions, streams.exploration)
         self.learner = learner
         self.replay = Replay(
             config.replay.capacity,
@@ -53,28 +53,9 @@ class DQNAgent:
         ]
 
     @property
-    def env_steps(self) -> int:
-        """Environment steps observed so far."""
-        return self._actor.env_steps
-
-    @property
-    def updates(self) -> int:
-        """Updates of the network so far."""
-        return self._actor.updates
-
-    @property
-    def epsilon(self) -> float:
-        """The probability of a random action."""
-        return self._actor.epsilon
-
-    @property
     def model(self) -> Model:
         """The network."""
         return self.learner.model
-
-    def begin_episode(self, ended: int) -> None:
-        """Set ε, where its schedule counts episodes."""
-        self._actor.begin_episode(ended)
 
     def act(self, observations: FloatArray) -> IntArray:
         """ε-greedy actions (Algorithm 2, line 4), by noisy weights if the network has them.
@@ -96,7 +77,7 @@ class DQNAgent:
 
         Returns:
             Metrics of the latest update once per `metrics_period` updates, otherwise None. Q is in
-            units of the reward, whatever it is scaled by.
+            units of the reward before scaling.
         """
         self._store(o_tm1, a_tm1, steps)
         before = self._actor.observed(len(a_tm1))

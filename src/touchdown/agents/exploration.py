@@ -37,7 +37,7 @@ def exponential(start: float, end: float, factor: float) -> Schedule:
 
 
 def explore(epsilon: float, count: int, rng: Generator) -> NDArray[np.bool_]:
-    """Which of `count` actions are random (Eq. 3). Draws `count` numbers, whatever ε is."""
+    """Which of `count` actions are random (Eq. 3). Always draws `count` numbers."""
     return rng.random(count) < epsilon
 
 

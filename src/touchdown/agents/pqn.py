@@ -10,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from touchdown.agents.actor import Actor
+from touchdown.agents.actor import ActingAgent, Actor
 from touchdown.agents.agent import Model
 from touchdown.agents.learners.learner import Learner
 from touchdown.agents.rollout import Rollout
@@ -19,7 +19,7 @@ from touchdown.core.seeding import Streams
 from touchdown.core.types import FloatArray, IntArray, Spaces, StepResult, Tensors
 
 
-class PQNAgent:
+class PQNAgent(ActingAgent):
     """Learns from each rollout of all environments as soon as it is complete.
 
     Args:
@@ -30,9 +30,9 @@ class PQNAgent:
     """
 
     def __init__(self, config: Config, spaces: Spaces, streams: Streams, learner: Learner) -> None:
+        super().__init__(Actor(config, spaces.num_actions, streams.exploration))
         self._config = config
         self._rng = streams.replay
-        self._actor = Actor(config, spaces.num_actions, streams.exploration)
         self.learner = learner
         shape = config.rollout.rollout_steps, config.training.num_envs
         wide = *shape, spaces.observation_size
@@ -44,28 +44,9 @@ class PQNAgent:
         self._num_filled = 0  # steps of the rollout so far
 
     @property
-    def env_steps(self) -> int:
-        """Environment steps observed so far."""
-        return self._actor.env_steps
-
-    @property
-    def updates(self) -> int:
-        """Updates of the network so far."""
-        return self._actor.updates
-
-    @property
-    def epsilon(self) -> float:
-        """The probability of a random action."""
-        return self._actor.epsilon
-
-    @property
     def model(self) -> Model:
         """The network."""
         return self.learner.model
-
-    def begin_episode(self, ended: int) -> None:
-        """Set ε, where its schedule counts episodes."""
-        self._actor.begin_episode(ended)
 
     def act(self, observations: FloatArray) -> IntArray:
         """ε-greedy actions: [N, D] to [N]."""

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from touchdown.agents import exploration, planning, tabular_targets
-from touchdown.agents.actor import Actor, periods_crossed
+from touchdown.agents.actor import ActingAgent, Actor, periods_crossed
 from touchdown.agents.qtable import QTable
 from touchdown.agents.states import states_of
 from touchdown.config.config import Config
@@ -14,8 +14,10 @@ from touchdown.core.seeding import Streams
 from touchdown.core.types import FloatArray, IntArray, Spaces, StepResult, Tensors
 
 
-class TabularAgent:
+class TabularAgent(ActingAgent):
     """Learns a table from each step, or plans it from the environment's model.
+
+    An update is of one table entry, or a sweep over all of them.
 
     Args:
         config: all settings; its algorithm is `tabular` or `value-iteration`.
@@ -27,33 +29,14 @@ class TabularAgent:
     """
 
     def __init__(self, config: Config, spaces: Spaces, streams: Streams) -> None:
+        super().__init__(Actor(config, spaces.num_actions, streams.exploration))
         self._config = config
         self._plan = planning.plan_of(config, spaces)
         self._states = states_of(config.table, spaces)
-        self._actor = Actor(config, spaces.num_actions, streams.exploration)
         self.model = QTable(self._states, spaces.num_actions, config.table)
         self.q = np.full(self.model.shape, config.table.initial_value)
         # SARSA: in each environment the step (s, a, r, s′) whose next action is not known yet
         self._pending: list[tuple[int, int, float, int] | None] = [None] * config.training.num_envs
-
-    @property
-    def env_steps(self) -> int:
-        """Environment steps observed so far."""
-        return self._actor.env_steps
-
-    @property
-    def updates(self) -> int:
-        """Updates of one table entry, or sweeps over all of them, so far."""
-        return self._actor.updates
-
-    @property
-    def epsilon(self) -> float:
-        """The probability of a random action."""
-        return self._actor.epsilon
-
-    def begin_episode(self, ended: int) -> None:
-        """Set ε, where its schedule counts episodes."""
-        self._actor.begin_episode(ended)
 
     def act(self, observations: FloatArray) -> IntArray:
         """ε-greedy actions: [N, D] to [N]."""

@@ -174,7 +174,7 @@ def _of_record(values: dict[str, object], kind: type[Any], name: str) -> str | N
 
 
 def _is_of(value: object, kind: Any) -> bool:
-    """Whether a value is of a type, whatever its bounds and parts are."""
+    """Whether a value is of a type, without a check of its bounds or parts."""
     if kind is Any:
         return True
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)

@@ -133,7 +133,7 @@ def held(store: Store) -> Generator[None]:
 
 
 class _BegunFile(Struct, frozen=True):
-    """`begun/<name>.json`."""
+    """How a study was last started, as `begun/<name>.json` records it."""
 
     scale: str
     seeds: Annotated[int, Meta(ge=0, le=FIRST_TUNING_SEED)]

@@ -16,10 +16,8 @@ from touchdown.agents.learners.learner import FitResult, UpdateResult
 from touchdown.agents.learners.state import (
     LearnerState,
     Metrics,
-    copy_target,
+    StateOwner,
     init_state,
-    state_from,
-    tensors_of,
 )
 from touchdown.agents.networks import GreedyPolicy, QNetwork
 from touchdown.agents.rollout import Rollout, rollout_targets
@@ -90,7 +88,7 @@ class FusedNetwork:
         return self.network.describe()
 
 
-class FusedLearner:
+class FusedLearner(StateOwner):
     """Updates a network by the fused kernel, which writes to the state in place.
 
     Args:
@@ -103,7 +101,7 @@ class FusedLearner:
 
     def __init__(self, network: QNetwork, config: Config) -> None:
         self.model = FusedNetwork(network)
-        self.state = numpy_state(init_state(network, config.learning, config.seed))
+        super().__init__(numpy_state(init_state(network, config.learning, config.seed)))
         self._config = config
 
     def values(self, observations: FloatArray, env_steps: int) -> FloatArray:
@@ -193,22 +191,6 @@ class FusedLearner:
         )
         adam.advance(len(order))
         return _metrics(metrics)
-
-    def copy_target(self) -> None:
-        """Θ′ ← Θ (Eq. 5)."""
-        self.state = copy_target(self.state)
-
-    def tensors(self) -> Tensors:
-        """All arrays of the state by name, for a checkpoint."""
-        return tensors_of(self.state)
-
-    def restore(self, tensors: Mapping[str, NDArray[Any]]) -> None:
-        """Set the state to what `tensors` returned.
-
-        Raises:
-            ValueError: the names, shapes or types are not those of this learner.
-        """
-        self.state = state_from(self.state, tensors)
 
     @cached_property
     def _targets(self) -> Any:

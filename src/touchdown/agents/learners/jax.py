@@ -1,6 +1,5 @@
 """The learner in JAX: any network, any device, all updates of a step in one compiled call."""
 
-from collections.abc import Mapping
 from functools import cached_property
 from typing import Any, cast
 
@@ -16,19 +15,17 @@ from touchdown.agents.learners.noise import ACTING, NEXT_VALUES, UPDATES, NoiseS
 from touchdown.agents.learners.state import (
     LearnerState,
     Metrics,
-    copy_target,
+    StateOwner,
     init_state,
-    state_from,
-    tensors_of,
 )
 from touchdown.agents.learners.update import Packed, Updated, Weights, make_fit, make_update
 from touchdown.agents.networks import QNetwork
 from touchdown.agents.rollout import Rollout, rollout_targets
 from touchdown.config.config import Config
-from touchdown.core.types import FloatArray, Tensors
+from touchdown.core.types import FloatArray
 
 
-class JaxLearner:
+class JaxLearner(StateOwner):
     """Updates a network by JAX's gradients and optax's optimizers.
 
     Args:
@@ -38,7 +35,7 @@ class JaxLearner:
 
     def __init__(self, network: QNetwork, config: Config) -> None:
         self.model = network
-        self.state = init_state(network, config.learning, config.seed)
+        super().__init__(init_state(network, config.learning, config.seed))
         self._config = config
 
     def values(self, observations: FloatArray, env_steps: int) -> FloatArray:
@@ -72,22 +69,6 @@ class JaxLearner:
         copied = Rollout(*(jnp.array(part) for part in rollout))
         self.state, metrics, next_q = self._fit(self.state, copied, order, next_observations)
         return FitResult(metrics, next_q)
-
-    def copy_target(self) -> None:
-        """Θ′ ← Θ (Eq. 5)."""
-        self.state = copy_target(self.state)
-
-    def tensors(self) -> Tensors:
-        """All arrays of the state by name, for a checkpoint."""
-        return tensors_of(self.state)
-
-    def restore(self, tensors: Mapping[str, NDArray[Any]]) -> None:
-        """Set the state to what `tensors` returned.
-
-        Raises:
-            ValueError: the names, shapes or types are not those of this learner.
-        """
-        self.state = state_from(self.state, tensors)
 
     def _noise(self, number: int) -> NoiseSource | None:
         config = self._config

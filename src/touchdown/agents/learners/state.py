@@ -102,6 +102,33 @@ def state_from(like: LearnerState, tensors: Mapping[str, NDArray[Any]]) -> Learn
     return cast(LearnerState, jax.tree.unflatten(cast(Any, jax.tree.structure(like)), leaves))
 
 
+class StateOwner:
+    """The part of the `Learner` protocol that is the same for each way to compute updates.
+
+    Args:
+        state: to begin with; `restore` keeps the kind of its arrays.
+    """
+
+    def __init__(self, state: LearnerState) -> None:
+        self.state = state
+
+    def copy_target(self) -> None:
+        """Θ′ ← Θ (Eq. 5)."""
+        self.state = copy_target(self.state)
+
+    def tensors(self) -> Tensors:
+        """All arrays of the state by name, for a checkpoint."""
+        return tensors_of(self.state)
+
+    def restore(self, tensors: Mapping[str, NDArray[Any]]) -> None:
+        """Set the state to what `tensors` returned.
+
+        Raises:
+            ValueError: the names, shapes or types are not those of this learner.
+        """
+        self.state = state_from(self.state, tensors)
+
+
 def _named_leaves(state: LearnerState) -> dict[str, jax.Array]:
     leaves = cast(list[tuple[Any, jax.Array]], jax.tree.leaves_with_path(state))
     return {jax.tree_util.keystr(path).lstrip("."): leaf for path, leaf in leaves}
