@@ -43,7 +43,6 @@ def learn(config: Config, steps: int) -> tuple[TabularAgent, list[float]]:
     def start_of(episode: int) -> int:
         return training_start(config.seed, episode)
 
-    agent.begin_episode(0)
     agent_steps = islice(interact(agent, pool, start_of, begin(pool, start_of, 1)), steps)
     returns = [episode.episode_return for agent_step in agent_steps for episode in agent_step.ended]
     pool.close()
@@ -53,7 +52,7 @@ def learn(config: Config, steps: int) -> tuple[TabularAgent, list[float]]:
 def greedy_path(agent: TabularAgent) -> Iterator[int]:
     """The states that the greedy policy visits from the start."""
     env = environment.make_env(ENV_ID).env
-    policy = agent.model.policy(agent.params())
+    policy = agent.policy(agent.weights())
     observation, _ = env.reset(seed=0)
     for _ in range(LONGEST_PATH):
         yield int(observation.argmax())

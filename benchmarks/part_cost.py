@@ -65,7 +65,6 @@ class Fed:
             (row, np.array([i % 4]), StepResult(after, row[:, 0].astype(float), no, no))
             for i, (row, after) in enumerate(pairwise(rows))
         ]
-        self._agent.begin_episode(0)
         waiting = replace(config, replay=replace(config.replay, min_size=config.replay.capacity))
         filler = new_agent(waiting)
         self._feed(filler, config.replay.capacity - 1)

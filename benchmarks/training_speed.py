@@ -53,7 +53,6 @@ def ours(config: Config, engine: engines.Engine) -> Callable[[int], object]:
     def start_of(episode: int) -> int:
         return training_start(config.seed, episode)
 
-    agent.begin_episode(0)
     episodes = begin(pool, start_of, config.training.num_envs)
     steps = interact(agent, pool, start_of, episodes)
 

@@ -101,9 +101,6 @@ class Greedy:
     def observe(self, *_: Any) -> None:
         """Learn nothing."""
 
-    def begin_episode(self, _: int) -> None:
-        """Keep nothing."""
-
 
 def in_xla(library: ctypes.CDLL, count: int, network: QNetwork, params: Any) -> Any:
     """A function that flies a given number of steps in one compiled call."""

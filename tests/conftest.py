@@ -30,6 +30,7 @@ from touchdown.config.sections import (  # noqa: E402
 )
 from touchdown.core.seeding import streams  # noqa: E402
 from touchdown.core.types import Spaces  # noqa: E402
+from touchdown.testing import chain as testing  # noqa: E402
 
 # the same examples every time, however slow or busy the machine
 hypothesis.settings.register_profile(
@@ -85,24 +86,8 @@ def new_agent() -> Callable[..., DQNAgent]:
     return make
 
 
-class Chain:
-    """Five states in a row, seen one-hot; action 1 goes right, action 0 left.
-
-    Right of the last state the episode terminates and pays 8. Left of the first state is a wall:
-    pushing it pays a bait of 0.1. A time limit may truncate. The start is the seed modulo five.
-    """
-
-    STATES, GOAL, BAIT = 5, 8.0, 0.1
-
-    def __init__(self, limit: int = 20) -> None:
-        self.limit = limit
-
-    @classmethod
-    def model(cls, state: int, action: int) -> tuple[float, int | None]:
-        """The reward, and the next state, which is None after termination."""
-        if action == 1:
-            return (0.0, state + 1) if state + 1 < cls.STATES else (cls.GOAL, None)
-        return (0.0, state - 1) if state else (cls.BAIT, 0)
+class Chain(testing.Chain):
+    """The five-state chain, with what else tests ask of it."""
 
     @classmethod
     def transitions(cls) -> dict[int, dict[int, list[tuple[float, int, float, bool]]]]:
@@ -126,22 +111,6 @@ class Chain:
                 follows = 0.0 if after is None else q[after] @ (epsilon / 2, 1 - epsilon / 2)
                 q[state, action] = reward + gamma * follows
         return q
-
-    @classmethod
-    def see(cls, state: int) -> np.ndarray:
-        return np.eye(cls.STATES, dtype=np.float32)[state]
-
-    def reset(self, *, seed: int) -> tuple[np.ndarray, dict[str, Any]]:
-        self.state, self.steps = seed % self.STATES, 0
-        return self.see(self.state), {}
-
-    def step(self, action: int) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
-        reward, state = self.model(self.state, action)
-        self.steps += 1
-        terminated = state is None
-        self.state = self.state if state is None else state
-        truncated = not terminated and self.steps >= self.limit
-        return self.see(self.state), reward, terminated, truncated, {}
 
 
 @pytest.fixture

@@ -1,6 +1,6 @@
 """Short forms for tests of agents that act in many environments, and a policy for any test."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,7 @@ def observe(
     terminated: bool = False,
     truncated: bool = False,
     next_observation: np.ndarray | None = None,
-) -> dict[str, float] | None:
+) -> Mapping[str, float] | None:
     steps = StepResult(o_t[None], np.array([r_t]), np.array([terminated]), np.array([truncated]))
     then = o_t if next_observation is None else next_observation
     return agent.observe(o_tm1[None], np.array([a_tm1]), steps, then[None])
@@ -37,7 +37,6 @@ def act(agent: Agent, observation: np.ndarray) -> int:
 def fly(agent: Agent, *envs: Any, start_of: Callable[[int], int] = int) -> Iterator[AgentStep]:
     """The loop over these environments from their first episodes on."""
     pool = StockEnvPool([MadeEnv(env, SPACES) for env in envs])
-    agent.begin_episode(0)
     return interact(agent, pool, start_of, begin(pool, start_of, len(envs)))
 
 

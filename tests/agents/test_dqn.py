@@ -19,8 +19,6 @@ def random_observations(count: int, seed: int = 0) -> np.ndarray:
 
 def feed(agent: DQNAgent, count: int, reward: float = -1.0) -> list[dict[str, float] | None]:
     """Random transitions; the agent's first observation is of a new episode."""
-    if agent.env_steps == 0:
-        agent.begin_episode(0)
     rows = random_observations(count + 1, seed=agent.env_steps)
     return [
         observe(agent, o_tm1, i % 2, reward, o_t) for i, (o_tm1, o_t) in enumerate(pairwise(rows))
@@ -130,11 +128,12 @@ def test_epsilon_falls_once_an_episode_by_its_factor(new_agent: NewAgent):
         replay={"min_size": 1_000}, exploration={"epsilon_decay": 0.5, "epsilon_end": 0.2}
     )
     seen = []
-    for episode in range(4):
-        agent.begin_episode(episode)
+    row = random_observations(1)[0]
+    for _ in range(4):
         seen.append(agent.epsilon)
         feed(agent, 3)
         assert agent.epsilon == seen[-1]  # not within an episode
+        observe(agent, row, 0, 0.0, row, truncated=True)
     assert seen == [1.0, 0.5, 0.25, 0.2]
 
 
@@ -143,18 +142,15 @@ def test_epsilon_falls_in_a_line_within_an_episode(new_agent: NewAgent):
         replay={"min_size": 1_000},
         exploration={"schedule": "linear", "epsilon_end": 0.0, "epsilon_duration": 4},
     )
-    agent.begin_episode(0)
     seen = [agent.epsilon]
     for _ in range(5):
         feed(agent, 1)
         seen.append(agent.epsilon)
-    agent.begin_episode(1)
-    assert [*seen, agent.epsilon] == [1.0, 0.75, 0.5, 0.25, 0.0, 0.0, 0.0]
+    assert seen == [1.0, 0.75, 0.5, 0.25, 0.0, 0.0]
 
 
 def test_without_exploring_the_action_is_the_one_of_highest_value(new_agent: NewAgent):
     agent = new_agent(exploration=GREEDY)
-    agent.begin_episode(0)
     observations = random_observations(50)
     actions = [act(agent, observation) for observation in observations]
     assert actions == [greedy_action(agent, observation) for observation in observations]
@@ -163,7 +159,6 @@ def test_without_exploring_the_action_is_the_one_of_highest_value(new_agent: New
 
 def test_exploring_always_takes_every_action_equally_often(new_agent: NewAgent):
     agent = new_agent(exploration={"schedule": "constant", "epsilon_start": 1.0})
-    agent.begin_episode(0)
     observation = random_observations(1)[0]
     mean = np.mean([act(agent, observation) for _ in range(2_000)])
     assert mean == pytest.approx(0.5, abs=0.034)  # three standard deviations
@@ -173,7 +168,6 @@ def test_the_next_action_by_the_updates_values_is_the_one_computed_apart(
     new_agent: NewAgent,
 ):
     agent = new_agent(replay={"min_size": 1}, exploration=GREEDY, learning={"learning_rate": 0.01})
-    agent.begin_episode(0)
     rows, actions = random_observations(101), []
     for o_tm1, o_t in pairwise(rows):
         observe(agent, o_tm1, len(actions) % 2, 1.0, o_t)
@@ -194,7 +188,6 @@ def test_the_updates_values_are_of_the_observation_that_is_acted_on_next(
         exploration=GREEDY,
         learning={"update_period": 2, "learning_rate": 1e-9},  # the weights stay as good as fixed
     )
-    agent.begin_episode(0)
     candidates = random_observations(100)
     chosen = [greedy_action(agent, row) for row in candidates]
     left, right = (candidates[chosen.index(action)] for action in (0, 1))
@@ -241,7 +234,6 @@ def noisy(new_agent: NewAgent, seed: int = 0, **settings) -> DQNAgent:
 
 def test_noise_explores_where_chance_does_not(new_agent: NewAgent):
     agent = noisy(new_agent, replay={"min_size": 1_000})
-    agent.begin_episode(0)
     observation = random_observations(1)[0]
     actions = []
     for _ in range(60):
@@ -266,7 +258,7 @@ def test_a_noisy_policy_acts_by_the_mean_weights(new_agent: NewAgent):
     feed(agent, 40)
     rows = random_observations(40)
     expected = [greedy_action(agent, row) for row in rows]
-    policy = agent.model.policy(agent.params())
+    policy = agent.policy(agent.weights())
     assert [policy.act(rows).tolist() for _ in range(2)] == [expected] * 2
 
 
@@ -286,8 +278,7 @@ def test_a_noisy_agent_restored_by_its_counters_goes_on_as_if_nothing_had_happen
     settings = {"learning": {"update_period": update_period, "target_period": 7}}
     agent, resumed = (noisy(new_agent, **settings) for _ in range(2))
     feed(agent, 60)
-    resumed.begin_episode(0)
-    resumed.restore(agent.tensors(), agent.facts())
+    resumed.restore(agent.state())
     resumed._rng.bit_generator.state = agent._rng.bit_generator.state
     rows = random_observations(31, seed=5)
     for o_tm1, o_t in pairwise(rows):
@@ -305,17 +296,17 @@ def test_a_policy_takes_the_action_of_highest_value(new_agent: NewAgent):
     agent = new_agent()
     observations = random_observations(40)
     expected = [greedy_action(agent, observation) for observation in observations]
-    assert agent.model.policy(agent.params()).act(observations).tolist() == expected
+    assert agent.policy(agent.weights()).act(observations).tolist() == expected
 
 
 def test_a_policy_stays_as_it_was_when_its_agent_goes_on_learning(new_agent: NewAgent):
     agent = new_agent(learning={"learning_rate": 0.01})
     feed(agent, 10)
-    policy, observations = agent.model.policy(agent.params()), random_observations(500, seed=9)
+    policy, observations = agent.policy(agent.weights()), random_observations(500, seed=9)
     before = policy.act(observations)
     feed(agent, 200, reward=5.0)
     assert np.array_equal(policy.act(observations), before)
-    assert not np.array_equal(agent.model.policy(agent.params()).act(observations), before)
+    assert not np.array_equal(agent.policy(agent.weights()).act(observations), before)
 
 
 # --- parts that combine ---
@@ -429,8 +420,6 @@ def test_sarsas_transitions_know_the_action_that_came_after(new_agent: NewAgent,
 
 def observe_together(agent: DQNAgent, times: int, num_envs: int) -> list[bool]:
     """Steps of several environments; whether each gave metrics."""
-    if agent.env_steps == 0:
-        agent.begin_episode(0)
     measured = []
     for _ in range(times):
         rows = random_observations(2 * num_envs, seed=agent.env_steps).reshape(2, num_envs, 5)
@@ -492,7 +481,6 @@ def test_several_updates_in_one_call_are_the_same_as_one_after_the_other(new_age
     )
     rows = random_observations(2)
     for agent in (at_once, one_by_one):
-        agent.begin_episode(0)
         for _ in range(3):
             observe(agent, rows[0], 0, 1.0, rows[1])
     observe(at_once, rows[0], 0, 1.0, rows[1])

@@ -77,9 +77,7 @@ def test_exploring_draws_one_number_for_each_environment_whatever_epsilon_is(eps
 
 def greedy(epsilon: float, seed: int = 0, num_actions: int = 4) -> exploration.EpsilonGreedy:
     config = ExplorationConfig(schedule="constant", epsilon_start=epsilon)
-    chooser = exploration.EpsilonGreedy(config, num_actions, default_rng(seed))
-    chooser.begin_episode(0, 0)
-    return chooser
+    return exploration.EpsilonGreedy(config, num_actions, default_rng(seed))
 
 
 def test_without_exploring_each_environment_gets_its_best_action_the_first_of_equals():
@@ -130,8 +128,7 @@ def test_epsilon_follows_env_steps_or_episodes_as_its_schedule_says(
         epsilon_duration=8,
     )
     chooser = exploration.EpsilonGreedy(config, 2, default_rng(0))
-    chooser.begin_episode(0, 0)
-    chooser.observed(4)
+    chooser.schedule(0, 4)
     assert chooser.epsilon == pytest.approx(after_env_steps)
-    chooser.begin_episode(2, 0)
+    chooser.schedule(2, 0)
     assert chooser.epsilon == pytest.approx(after_episodes)

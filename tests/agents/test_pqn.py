@@ -1,3 +1,4 @@
+import copy
 from itertools import islice, pairwise
 from typing import Any
 
@@ -44,9 +45,7 @@ def new_pqn(
         ),
         training=TrainingConfig(num_envs=NUM_ENVS, metrics_period=metrics_period),
     )
-    agent = PQNAgent(config, SPACES, streams(seed), make_learner(config, SPACES))
-    agent.begin_episode(0)
-    return agent
+    return PQNAgent(config, SPACES, streams(seed), make_learner(config, SPACES))
 
 
 def online(agent: PQNAgent) -> np.ndarray:
@@ -86,7 +85,7 @@ def test_without_looking_further_it_learns_the_values_of_value_iteration(chain):
 
 def test_with_long_returns_it_learns_the_way_along_a_chain(chain):
     agent = taught(new_pqn(rollout={"trace_decay": 0.9}), 500, chain)
-    assert agent.model.policy(agent.params()).act(SEEN).tolist() == [1] * 5
+    assert agent.policy(agent.weights()).act(SEEN).tolist() == [1] * 5
 
 
 @pytest.mark.parametrize(("terminated", "value"), [(False, 2.0), (True, 1.0)])
@@ -137,18 +136,18 @@ def test_an_agent_restored_in_mid_rollout_goes_on_as_if_nothing_had_happened(ste
     rows = random_rows(60)
     agent, resumed = new_pqn(), new_pqn()
     feed(agent, rows[: steps + 1])
-    resumed.restore(agent.tensors(), agent.facts())
+    resumed.restore(copy.deepcopy(agent.state()))
     for rng_of in (lambda it: it._rng, lambda it: it._actor._explorer._rng):
         rng_of(resumed).bit_generator.state = rng_of(agent).bit_generator.state
     assert feed(agent, rows[steps:]) == feed(resumed, rows[steps:])
     assert_array_equal(online(agent), online(resumed))
-    assert agent.facts() == resumed.facts()
+    assert (agent.epsilon, agent._num_filled) == (resumed.epsilon, resumed._num_filled)
 
 
 def test_a_checkpoint_with_a_rollout_that_is_complete_is_refused():
     agent = new_pqn()
     with pytest.raises(ValueError, match=r"agent\.filled = 8: must be less than 8 steps"):
-        agent.restore(agent.tensors(), {**agent.facts(), "filled": 8})
+        agent.restore(agent.state() | {"filled": 8})
 
 
 def test_one_seed_repeats_and_another_differs(chain):

@@ -1,3 +1,4 @@
+import copy
 from collections.abc import Callable
 from itertools import islice, pairwise
 from typing import Any
@@ -44,9 +45,7 @@ def new_table(
         table=TableConfig(**table or {}),
         training=TrainingConfig(metrics_period=metrics_period, num_envs=num_envs),
     )
-    agent = TabularAgent(config, spaces, streams(seed))
-    agent.begin_episode(0)
-    return agent
+    return TabularAgent(config, spaces, streams(seed))
 
 
 def learning_by(target: str, **settings: Any) -> TabularAgent:
@@ -73,7 +72,7 @@ def test_q_learning_comes_to_the_values_of_value_iteration(chain):
     best = value_iteration(read_model(chain.transitions()), 0.5)
     assert best[4].tolist() == [2, 8]
     assert_allclose(agent.q, best, atol=1e-6)
-    assert agent.model.policy(agent.params()).act(SEEN).tolist() == [1] * 5
+    assert agent.policy(agent.weights()).act(SEEN).tolist() == [1] * 5
 
 
 @pytest.mark.parametrize("target", ["sarsa", "expected-sarsa"])
@@ -264,29 +263,27 @@ def test_a_restored_agent_goes_on_as_if_nothing_had_happened(target: str, chain)
     o_tm1, o_t = SEEN[1], SEEN[2]
     observe(agent, o_tm1, 0, 0.25, o_t)  # a step that SARSA waits with
     resumed = new_table(**settings)
-    resumed.restore({n: {k: v.copy() for k, v in g.items()} for n, g in agent.tensors().items()},
-                    agent.facts())  # fmt: skip
+    resumed.restore(copy.deepcopy(agent.state()))
     generator = agent._actor._explorer._rng.bit_generator
     resumed._actor._explorer._rng.bit_generator.state = generator.state
-    resumed.recall(0, SEEN[0], 1, 0.0, o_tm1)
-    resumed.recall(0, o_tm1, 0, 0.25, o_t)
     for before, after in pairwise(np.random.default_rng(1).integers(5, size=200)):
         actions = [act(it, SEEN[before]) for it in (agent, resumed)]
         assert actions[0] == actions[1]
         for it in (agent, resumed):
             step(it, before, actions[0], 1.0, after)
     assert_array_equal(agent.q, resumed.q)
-    assert agent.facts() == resumed.facts()
+    assert agent.epsilon == resumed.epsilon
+    assert agent._pending == resumed._pending
 
 
 def test_what_is_handed_out_does_not_change_as_learning_goes_on():
     agent = learning_by("q-learning")
-    params = agent.params()
-    policy = agent.model.policy(params)
+    weights = agent.weights()
+    policy = agent.policy(weights)
     step(agent, 0, 1, 1.0, 1)
-    assert not params.any()
+    assert not weights["q"].any()
     assert policy.act(SEEN[:1]).tolist() == [0]
-    assert agent.model.policy(agent.params()).act(SEEN[:1]).tolist() == [1]
+    assert agent.policy(agent.weights()).act(SEEN[:1]).tolist() == [1]
 
 
 def test_one_seed_repeats_and_another_differs(chain):
@@ -302,3 +299,19 @@ def test_metrics_come_once_a_period_of_updates(chain):
     assert [agent_step.metrics is not None for agent_step in steps] == [
         False, True, True, False, True, True
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("pending", "said"),
+    [
+        ([], "0 pending steps for other environments"),
+        ([(9, 0, 1.0, 1)], r"pending = \(9, 0, 1.0, 1\): must be of 5 states"),
+        ([(0, 2, 1.0, 1)], r"pending = \(0, 2, 1.0, 1\): must be of 5 states"),
+        ([(0, 0, 1.0)], r"pending\[0\]"),
+        ("x", "pending = 'x'"),
+    ],
+)
+def test_pending_steps_of_another_environment_are_refused(pending, said):
+    agent = learning_by("sarsa")
+    with pytest.raises(ValueError, match=said):
+        agent.restore(agent.state() | {"pending": pending})

@@ -26,7 +26,7 @@ FACTS = WeightsFacts(env_steps=9, validation_return=0.5, final_validation_return
 def path(tmp_path):
     agent = make_agent(CONFIG, environment.spaces_of(CONFIG.env_id), streams(0))
     path = tmp_path / "best.safetensors"
-    policy_weights.save_weights(path, agent.model, agent.params(), FACTS, CONFIG)
+    policy_weights.save_weights(path, agent.weights(), agent.policy(agent.weights()), FACTS, CONFIG)
     return path
 
 
@@ -103,7 +103,9 @@ def test_weights_for_another_environment_than_they_say_are_refused(tmp_path):
     network = QNetwork(8, 4, config.network)
     lander = tmp_path / "lander.safetensors"
     params = np.asarray(network.init(jax.random.key(0)))
-    policy_weights.save_weights(lander, network, params, FACTS, config)
+    policy = network.policy(params)
+    weights = {name: np.array(value) for name, value in network.layers(params).items()}
+    policy_weights.save_weights(lander, weights, policy, FACTS, config)
     assert policy_weights.load_weights(lander).env_id == "LunarLander-v3"
     tensors, metadata = files.read_tensors(lander)
     path = tmp_path / "cart.safetensors"

@@ -35,7 +35,7 @@ def saved(tmp_path):
         episodes=4,
         next_validation=2_000,
         seconds=1.5,
-        candidates=[Candidate(100, 0.5, agent.params())],
+        candidates=[Candidate(100, 0.5, agent.weights())],
         solved=Solved(1.0, 0.7, 30),
         record_sizes=SIZES,
     )
@@ -83,7 +83,7 @@ def test_one_wrong_value_in_the_state_is_reported_in_one_line(saved):
         ({"streams": {}}, "not a checkpoint of this run: 'exploration'"),
         ({"agent": {"observations": 1, "updates": 1}}, r"agent\.epsilon: missing"),
         ({"config_digest": "another"}, "belongs to config 'another'"),
-        ({"format_version": 1}, "format_version = 1: this touchdown reads 2"),
+        ({"format_version": 1}, "format_version = 1: this touchdown reads 3"),
     ],
 )
 def test_a_state_that_contradicts_itself_is_refused(saved, changes, said):

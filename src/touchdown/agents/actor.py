@@ -3,12 +3,15 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.random import Generator
 
 from touchdown.agents.exploration import EpsilonGreedy
 from touchdown.config.config import Config
-from touchdown.core.types import FloatArray, IntArray, Tensors
+from touchdown.core import records
+from touchdown.core.records import Count, Share
+from touchdown.core.types import FloatArray, IntArray, StepResult
 
 
 def periods_crossed(before: int, after: int, period: int) -> int:
@@ -16,8 +19,17 @@ def periods_crossed(before: int, after: int, period: int) -> int:
     return after // period - before // period
 
 
+class _Counts(msgspec.Struct, frozen=True, rename={"env_steps": "observations"}):
+    """An actor's counts in a checkpoint."""
+
+    env_steps: Count
+    episodes: Count
+    updates: Count
+    epsilon: Share
+
+
 class Actor:
-    """Chooses ε-greedy actions, and counts environment steps and updates.
+    """Chooses ε-greedy actions, and counts environment steps, episodes and updates.
 
     Args:
         config: all settings.
@@ -27,6 +39,8 @@ class Actor:
 
     def __init__(self, config: Config, num_actions: int, rng: Generator) -> None:
         self.env_steps = 0
+        self.episodes = 0
+        """Episodes that have ended."""
         self.updates = 0
         self.next_q: Any | None = None
         """Q(s,·) for the coming actions, [N, A], where an update computed it already.
@@ -40,10 +54,6 @@ class Actor:
     def epsilon(self) -> float:
         """The probability of a random action."""
         return self._explorer.epsilon
-
-    def begin_episode(self, ended: int) -> None:
-        """Set ε for an episode that begins after `ended` others."""
-        self._explorer.begin_episode(ended, self.env_steps)
 
     def act(self, count: int, values: Callable[[], FloatArray]) -> IntArray:
         """Choose an action in each of `count` environments, [N].
@@ -59,48 +69,50 @@ class Actor:
 
         return self._explorer.act(count, known_or_computed)
 
-    def observed(self, count: int) -> int:
-        """Count environment steps, and let ε follow.
+    def observed(self, steps: StepResult) -> int:
+        """Count environment steps and the episodes that ended in them, and set ε.
 
         Returns:
-            The count before them.
+            The count of environment steps before them.
         """
-        before, self.env_steps = self.env_steps, self.env_steps + count
-        self._explorer.observed(self.env_steps)
+        before, self.env_steps = self.env_steps, self.env_steps + len(steps.rewards)
+        self.episodes += int(np.count_nonzero(steps.ended))
+        self._explorer.schedule(self.episodes, self.env_steps)
         return before
 
     def metrics_due(self, updates_before: int) -> bool:
         """Whether a metrics period was completed by the updates since `updates_before`."""
         return periods_crossed(updates_before, self.updates, self._metrics_period) > 0
 
-    def tensors(self) -> Tensors:
-        """The values of the coming actions, if they are known, for a checkpoint."""
-        return {} if self.next_q is None else {"next_q": np.array(self.next_q)}
-
-    def facts(self) -> dict[str, Any]:
-        """Counts and ε, as JSON values."""
+    def state(self) -> dict[str, Any]:
+        """Counts, ε, and the values of the coming actions if they are known; for a checkpoint."""
         return {
+            "acting": {} if self.next_q is None else {"next_q": np.array(self.next_q)},
             "observations": self.env_steps,
+            "episodes": self.episodes,
             "updates": self.updates,
             "epsilon": self.epsilon,
         }
 
-    def restore(self, tensors: Tensors, facts: Mapping[str, Any]) -> None:
-        """Set the state to what `tensors` and `facts` returned.
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Set the state to what `state` returned.
 
         Raises:
             KeyError: something is missing.
             TypeError: something has the wrong type.
             ValueError: something does not fit.
         """
-        next_q = tensors.get("next_q")
+        counts = {name: state[name] for name in ("observations", "episodes", "updates", "epsilon")}
+        records.check(counts, _Counts, "agent")
+        next_q = state["acting"].get("next_q")
         self.next_q = None if next_q is None else next_q.copy()
-        self.env_steps, self.updates = facts["observations"], facts["updates"]
-        self._explorer.epsilon = float(facts["epsilon"])
+        self.env_steps, self.episodes = counts["observations"], counts["episodes"]
+        self.updates = counts["updates"]
+        self._explorer.epsilon = float(counts["epsilon"])
 
 
 class ActingAgent:
-    """The part of the `Agent` protocol that an agent's actor answers.
+    """The counts of an agent, which its actor keeps.
 
     Args:
         actor: the agent's own.
@@ -123,7 +135,3 @@ class ActingAgent:
     def epsilon(self) -> float:
         """The probability of a random action."""
         return self._actor.epsilon
-
-    def begin_episode(self, ended: int) -> None:
-        """Set ε, where its schedule counts episodes."""
-        self._actor.begin_episode(ended)

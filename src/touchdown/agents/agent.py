@@ -1,4 +1,4 @@
-"""The contract between training and an agent, and that of the model which the agent learns."""
+"""The contract between training and an agent."""
 
 from collections.abc import Mapping
 from typing import Any, Protocol
@@ -6,60 +6,15 @@ from typing import Any, Protocol
 from touchdown.core.types import FloatArray, IntArray, Policy, StepResult, Tensors
 
 
-class Model(Protocol):
-    """What an agent learns, as a function of flat parameters [P]: a network or a table."""
-
-    def layers(self, params: FloatArray) -> Mapping[str, Any]:
-        """The parameters by name, each in its own shape."""
-        ...
-
-    def params_of(self, layers: Tensors) -> FloatArray:
-        """Flat parameters from named ones, the inverse of `layers`.
-
-        Raises:
-            ValueError: the names, shapes or types are not those of this model.
-        """
-        ...
-
-    def policy(self, params: FloatArray) -> Policy:
-        """The greedy policy of these parameters."""
-        ...
-
-    def describe(self) -> dict[str, Any]:
-        """What it takes to make this model again, as JSON values."""
-        ...
-
-
 class Agent(Protocol):
-    """Acts in N environments at once and learns from the steps."""
+    """Acts in N environments at once and learns from the steps.
 
-    @property
-    def env_steps(self) -> int:
-        """Environment steps observed so far, those of all environments counted."""
-        ...
+    An agent is made by a call with the config, the environment's `Spaces`, the run's `Streams` and
+    the config's `options` as keyword arguments: see `registry`.
 
-    @property
-    def updates(self) -> int:
-        """Updates of the parameters so far."""
-        ...
-
-    @property
-    def epsilon(self) -> float:
-        """The probability of a random action."""
-        ...
-
-    @property
-    def model(self) -> Model:
-        """What the parameters belong to."""
-        ...
-
-    def begin_episode(self, ended: int) -> None:
-        """An episode begins in one of the environments.
-
-        Args:
-            ended: how many episodes have ended before it, 0 for the first.
-        """
-        ...
+    It may have two more attributes, which training records if they are there: `epsilon`, the
+    probability that an action is random, and `updates`, the number of updates so far.
+    """
 
     def act(self, observations: FloatArray) -> IntArray:
         """Choose an action in each environment, with exploration: [N, D] to [N]."""
@@ -71,8 +26,8 @@ class Agent(Protocol):
         a_tm1: IntArray,
         steps: StepResult,
         next_observations: FloatArray,
-    ) -> dict[str, float] | None:
-        """Take in one step of every environment, and learn when an update is due.
+    ) -> Mapping[str, float] | None:
+        """Observe one step of every environment, and learn when an update is due.
 
         Args:
             o_tm1: the observations that the actions were chosen for, [N, D].
@@ -82,42 +37,32 @@ class Agent(Protocol):
                 `steps.observations`, or the first of the next episode where one ended.
 
         Returns:
-            Metrics of the latest update, at least `loss` and `mean_q`, once per `metrics_period`
-            updates; otherwise None.
+            Metrics of the latest update by name, such as `loss` and `mean_q`, whenever they are to
+            be recorded; otherwise None.
         """
         ...
 
-    def recall(
-        self, index: int, o_tm1: FloatArray, a_tm1: int, r_t: float, o_t: FloatArray
-    ) -> None:
-        """Take in one step again that was observed before the checkpoint now restored.
+    def weights(self) -> Tensors:
+        """What the greedy policy is made of, as named arrays: copies, as the agent learns on."""
+        ...
 
-        A resumed run repeats the steps of unfinished episodes, so that an agent can rebuild what it
-        keeps between steps. None of them ends an episode, and nothing is to be learned again.
+    def policy(self, weights: Tensors) -> Policy:
+        """The greedy policy of these weights, which may come from a file.
 
-        Args:
-            index: of the environment.
-            o_tm1: the observation before the step, [D].
-            a_tm1: the action.
-            r_t: the reward.
-            o_t: the observation after the step, [D].
+        Raises:
+            ValueError: their names, shapes or types are not those of `weights`.
         """
         ...
 
-    def params(self) -> FloatArray:
-        """The parameters learned so far, [P]: a copy."""
+    def state(self) -> dict[str, Any]:
+        """Everything that `restore` needs to continue identically, for a checkpoint.
+
+        Groups of named arrays, each group a dictionary, beside plain JSON values.
+        """
         ...
 
-    def tensors(self) -> dict[str, Tensors]:
-        """All its arrays, in named groups, for a checkpoint."""
-        ...
-
-    def facts(self) -> dict[str, Any]:
-        """The rest of its state, as JSON values."""
-        ...
-
-    def restore(self, tensors: Mapping[str, Tensors], facts: Mapping[str, Any]) -> None:
-        """Set its state to what `tensors` and `facts` returned.
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Set a fresh agent to what `state` returned.
 
         Raises:
             KeyError: something is missing.

@@ -7,12 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchdown.agents.actor import ActingAgent, Actor, periods_crossed
-from touchdown.agents.agent import Model
 from touchdown.agents.learners.learner import Learner
+from touchdown.agents.model import weights_of
 from touchdown.config.config import Config
 from touchdown.config.sections import ReplayConfig
+from touchdown.core import records
+from touchdown.core.records import Count
 from touchdown.core.seeding import Streams
-from touchdown.core.types import FloatArray, IntArray, Spaces, StepResult, Tensors
+from touchdown.core.types import FloatArray, IntArray, Policy, Spaces, StepResult, Tensors
+from touchdown.replay import n_step
 from touchdown.replay.n_step import NStep
 from touchdown.replay.priorities import Proportional
 from touchdown.replay.replay import Replay, Sample
@@ -52,11 +55,6 @@ class DQNAgent(ActingAgent):
             for _ in range(config.training.num_envs)
         ]
 
-    @property
-    def model(self) -> Model:
-        """The network."""
-        return self.learner.model
-
     def act(self, observations: FloatArray) -> IntArray:
         """ε-greedy actions (Algorithm 2, line 4), by noisy weights if the network has them.
 
@@ -80,7 +78,7 @@ class DQNAgent(ActingAgent):
             units of the reward before scaling.
         """
         self._store(o_tm1, a_tm1, steps)
-        before = self._actor.observed(len(a_tm1))
+        before = self._actor.observed(steps)
         self._actor.next_q = None
         learning = self._config.learning
         due = periods_crossed(before, self.env_steps, learning.update_period)
@@ -95,13 +93,13 @@ class DQNAgent(ActingAgent):
     def _store(self, o_tm1: FloatArray, a_tm1: IntArray, steps: StepResult) -> None:
         actions, rewards = a_tm1.tolist(), steps.rewards.tolist()
         terminated, truncated = steps.terminated.tolist(), steps.truncated.tolist()
-        for index, n_step in enumerate(self._n_steps):
+        for index, window in enumerate(self._n_steps):
             o_t = steps.observations[index]
-            complete = n_step.push(
+            complete = window.push(
                 o_tm1[index], actions[index], rewards[index], o_t, terminated=terminated[index]
             )
             if truncated[index] and not terminated[index]:  # truncation still bootstraps
-                complete += n_step.truncate(self._action_after(o_t))
+                complete += window.truncate(self._action_after(o_t))
             for transition in complete:
                 self.replay.add(transition)
 
@@ -138,42 +136,42 @@ class DQNAgent(ActingAgent):
             "terminal_share": shares.terminal,
         }
 
-    def recall(
-        self, index: int, o_tm1: FloatArray, a_tm1: int, r_t: float, o_t: FloatArray
-    ) -> None:
-        """Take in one step again that was observed before the checkpoint now restored.
+    def weights(self) -> Tensors:
+        """The online network's parameters by name: copies, as later updates change them."""
+        return weights_of(self.learner.model, self.learner.state.online_params)
 
-        It refills the n-step buffer; the transitions that it completes are in the memory already.
+    def policy(self, weights: Tensors) -> Policy:
+        """The greedy policy of these parameters.
+
+        Raises:
+            ValueError: their names, shapes or types are not those of the network.
         """
-        self._n_steps[index].push(o_tm1, a_tm1, r_t, o_t, terminated=False)
+        model = self.learner.model
+        return model.policy(model.params_of(weights))
 
-    def params(self) -> FloatArray:
-        """The online network's parameters, [P]: a copy, as later updates change them."""
-        return np.array(self.learner.state.online_params)
-
-    def tensors(self) -> dict[str, Tensors]:
-        """The learner's state, the replay memory, and the values of the coming actions."""
+    def state(self) -> dict[str, Any]:
+        """The learner's state, the replay memory, unfinished n-step returns, and the actor's."""
         return {
             "learner": self.learner.tensors(),
             "memory": self.replay.tensors(),
-            "acting": self._actor.tensors(),
+            "n_step": n_step.tensors_of(self._n_steps),
+            "memory_added": self.replay.ring.added,
+            **self._actor.state(),
         }
 
-    def facts(self) -> dict[str, Any]:
-        """Counts and ε."""
-        return {**self._actor.facts(), "memory_added": self.replay.ring.added}
-
-    def restore(self, tensors: Mapping[str, Tensors], facts: Mapping[str, Any]) -> None:
-        """Set the state to what `tensors` and `facts` returned.
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Set the state to what `state` returned.
 
         Raises:
             KeyError: something is missing.
             TypeError: something has the wrong type.
             ValueError: something does not fit.
         """
-        self.learner.restore(tensors["learner"])
-        self.replay.restore(tensors["memory"], facts["memory_added"])
-        self._actor.restore(tensors["acting"], facts)
+        records.check(state["memory_added"], Count, "agent.memory_added")
+        self.learner.restore(state["learner"])
+        self.replay.restore(state["memory"], state["memory_added"])
+        n_step.restore(self._n_steps, state["n_step"])
+        self._actor.restore(state)
 
 
 def _packed(samples: list[Sample]) -> NDArray[np.float32]:

@@ -65,20 +65,14 @@ class EpsilonGreedy:
     """
 
     def __init__(self, config: ExplorationConfig, num_actions: int, rng: Generator) -> None:
-        self.epsilon = 1.0
         self._epsilon_of = make_schedule(config)
-        self._by_env_steps = config.schedule == "linear"
+        self.epsilon = self._epsilon_of(0, 0)
         self._num_actions = num_actions
         self._rng = rng
 
-    def begin_episode(self, ended: int, env_steps: int) -> None:
-        """Set ε for an episode that begins after `ended` episodes and `env_steps` steps."""
-        self.epsilon = self._epsilon_of(ended, env_steps)
-
-    def observed(self, env_steps: int) -> None:
-        """Set ε after `env_steps` environment steps, where the schedule counts those."""
-        if self._by_env_steps:
-            self.epsilon = self._epsilon_of(0, env_steps)
+    def schedule(self, episodes: int, env_steps: int) -> None:
+        """Set ε after that many episodes have ended and that many environment steps."""
+        self.epsilon = self._epsilon_of(episodes, env_steps)
 
     def act(self, count: int, values: Callable[[], FloatArray]) -> IntArray:
         """Choose an action in each of `count` environments, [N].

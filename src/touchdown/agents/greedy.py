@@ -19,6 +19,10 @@ class ValueFunction(Protocol):
         """Q(s,·) of any number of observations, by parameters [P]: [N, D] to [N, A]."""
         ...
 
+    def describe(self) -> dict[str, Any]:
+        """What it takes to make the network again, as JSON values."""
+        ...
+
 
 class GreedyPolicy:
     """Takes the action of highest value in each state.
@@ -39,6 +43,10 @@ class GreedyPolicy:
     def values(self, observations: FloatArray) -> FloatArray:
         """Q(s,·) of each observation: [N, D] to [N, A]."""
         return self._network.values_of_each(self._params, observations)
+
+    def describe(self) -> dict[str, Any]:
+        """What it takes to make the network again, under its key in a file of weights."""
+        return self._network.describe()
 
 
 def in_blocks(

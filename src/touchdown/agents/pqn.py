@@ -11,12 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchdown.agents.actor import ActingAgent, Actor
-from touchdown.agents.agent import Model
 from touchdown.agents.learners.learner import Learner
+from touchdown.agents.model import weights_of
 from touchdown.agents.rollout import Rollout
 from touchdown.config.config import Config
+from touchdown.core import records
+from touchdown.core.records import Count
 from touchdown.core.seeding import Streams
-from touchdown.core.types import FloatArray, IntArray, Spaces, StepResult, Tensors
+from touchdown.core.types import FloatArray, IntArray, Policy, Spaces, StepResult, Tensors
 
 
 class PQNAgent(ActingAgent):
@@ -43,11 +45,6 @@ class PQNAgent(ActingAgent):
         self._rollout["a_tm1"] = np.zeros(shape, np.int32)
         self._num_filled = 0  # steps of the rollout so far
 
-    @property
-    def model(self) -> Model:
-        """The network."""
-        return self.learner.model
-
     def act(self, observations: FloatArray) -> IntArray:
         """ε-greedy actions: [N, D] to [N]."""
         return self._actor.act(
@@ -72,7 +69,7 @@ class PQNAgent(ActingAgent):
             stored[self._num_filled] = value
         self._num_filled += 1
         self._actor.next_q = None
-        self._actor.observed(len(a_tm1))
+        self._actor.observed(steps)
         if self._num_filled < self._config.rollout.rollout_steps:
             return None
         self._num_filled = 0
@@ -94,40 +91,42 @@ class PQNAgent(ActingAgent):
             return None
         return metrics.to_floats(self._config.learning.reward_scale)
 
-    def recall(
-        self, index: int, o_tm1: FloatArray, a_tm1: int, r_t: float, o_t: FloatArray
-    ) -> None:
-        """Do nothing: the unfinished rollout is in the checkpoint."""
+    def weights(self) -> Tensors:
+        """The network's parameters by name: copies, as later updates change them."""
+        return weights_of(self.learner.model, self.learner.state.online_params)
 
-    def params(self) -> FloatArray:
-        """The network's parameters, [P]: a copy, as later updates change them."""
-        return np.array(self.learner.state.online_params)
+    def policy(self, weights: Tensors) -> Policy:
+        """The greedy policy of these parameters.
 
-    def tensors(self) -> dict[str, Tensors]:
-        """The learner's state, the unfinished rollout, and the values of the coming actions."""
+        Raises:
+            ValueError: their names, shapes or types are not those of the network.
+        """
+        model = self.learner.model
+        return model.policy(model.params_of(weights))
+
+    def state(self) -> dict[str, Any]:
+        """The learner's state, the unfinished rollout, and the actor's."""
         return {
             "learner": self.learner.tensors(),
             "rollout": self._rollout,
-            "acting": self._actor.tensors(),
+            "filled": self._num_filled,
+            **self._actor.state(),
         }
 
-    def facts(self) -> dict[str, Any]:
-        """Counts and ε."""
-        return {**self._actor.facts(), "filled": self._num_filled}
-
-    def restore(self, tensors: Mapping[str, Tensors], facts: Mapping[str, Any]) -> None:
-        """Set the state to what `tensors` and `facts` returned.
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Set the state to what `state` returned.
 
         Raises:
             KeyError: something is missing.
             TypeError: something has the wrong type.
             ValueError: something does not fit.
         """
-        self.learner.restore(tensors["learner"])
+        records.check(state["filled"], Count, "agent.filled")
+        self.learner.restore(state["learner"])
         for name, part in self._rollout.items():
-            part[:] = tensors["rollout"][name]
+            part[:] = state["rollout"][name]
         steps = self._config.rollout.rollout_steps
-        if facts["filled"] >= steps:  # a complete rollout would have been learned from
-            raise ValueError(f"agent.filled = {facts['filled']}: must be less than {steps} steps")
-        self._actor.restore(tensors["acting"], facts)
-        self._num_filled = int(facts["filled"])
+        if state["filled"] >= steps:  # a complete rollout would have been learned from
+            raise ValueError(f"agent.filled = {state['filled']}: must be less than {steps} steps")
+        self._actor.restore(state)
+        self._num_filled = int(state["filled"])

@@ -44,18 +44,11 @@ class QTable:
 
     def policy(self, params: FloatArray) -> "TablePolicy":
         """The greedy policy of this table [S·A]."""
-        return TablePolicy(self.states, params.reshape(self.shape))
+        return TablePolicy(self.states, params.reshape(self.shape), self._config)
 
     def describe(self) -> dict[str, Any]:
         """The table's config, under its key in a file of weights."""
-        config = self._config
-        return {
-            "table": {
-                "bins": config.bins,
-                "bins_low": config.bins_low,
-                "bins_high": config.bins_high,
-            }
-        }
+        return _description(self._config)
 
 
 class TablePolicy:
@@ -64,11 +57,13 @@ class TablePolicy:
     Args:
         states: numbers the state that an observation shows.
         q: the table, [S, A].
+        config: of the states.
     """
 
-    def __init__(self, states: States, q: FloatArray) -> None:
+    def __init__(self, states: States, q: FloatArray, config: TableConfig) -> None:
         self._states = states
         self.q = q
+        self._config = config
 
     def act(self, observations: FloatArray) -> IntArray:
         """The best action of each observation: [N, D] to [N]."""
@@ -77,3 +72,12 @@ class TablePolicy:
     def values(self, observations: FloatArray) -> FloatArray:
         """Q(s,·) of each observation: [N, D] to [N, A]."""
         return self.q[self._states.states(observations)]
+
+    def describe(self) -> dict[str, Any]:
+        """The table's config, under its key in a file of weights."""
+        return _description(self._config)
+
+
+def _description(config: TableConfig) -> dict[str, Any]:
+    bins = {"bins": config.bins, "bins_low": config.bins_low, "bins_high": config.bins_high}
+    return {"table": bins}

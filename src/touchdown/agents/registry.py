@@ -1,4 +1,8 @@
-"""The agent that a config describes."""
+"""The agent that a config describes: one of ours by its name, or a user's by its class."""
+
+import inspect
+from collections.abc import Callable
+from typing import Any, cast
 
 from touchdown.agents.agent import Agent
 from touchdown.agents.dqn import DQNAgent
@@ -8,26 +12,34 @@ from touchdown.agents.pqn import PQNAgent
 from touchdown.agents.states import states_of
 from touchdown.agents.tabular import TabularAgent
 from touchdown.config.config import Config
+from touchdown.core import plugins
+from touchdown.core.errors import UserError, one_line
 from touchdown.core.seeding import Streams
 from touchdown.core.types import Spaces
+
+_MEMBERS = ("act", "observe", "weights", "policy", "state", "restore")
 
 
 def check_fits(config: Config, spaces: Spaces) -> None:
     """Refuse a config that does not fit an environment, before anything is made for it.
 
     Raises:
-        UserError: a table's bins do not fit the environment, or value iteration has no model.
+        UserError: a table's bins do not fit the environment, value iteration has no model, or an
+            agent of the user's is not to be had or does not take the config's options.
     """
     if config.algorithm in ("tabular", "value-iteration"):
         plan_of(config, spaces)
         states_of(config.table, spaces)
+    elif plugins.is_plugin(config.algorithm):
+        _class_of(config)
 
 
 def make_agent(config: Config, spaces: Spaces, streams: Streams) -> Agent:
     """A fresh agent for an environment.
 
     Raises:
-        UserError: the config does not fit the environment, or its backend was not built.
+        UserError: the config does not fit the environment, its backend was not built, or an agent
+            of the user's cannot be made.
     """
     match config.algorithm:
         case "dqn":
@@ -36,3 +48,39 @@ def make_agent(config: Config, spaces: Spaces, streams: Streams) -> Agent:
             return PQNAgent(config, spaces, streams, make_learner(config, spaces))
         case "tabular" | "value-iteration":
             return TabularAgent(config, spaces, streams)
+        case _:
+            return _custom_agent(config, spaces, streams)
+
+
+def _custom_agent(config: Config, spaces: Spaces, streams: Streams) -> Agent:
+    made = _class_of(config)
+    try:
+        return made(config, spaces, streams, **config.options)
+    except UserError:
+        raise
+    except ValueError as error:  # a value that it does not take
+        raise UserError(f"algorithm = {config.algorithm!r}: {one_line(error)}") from error
+
+
+def _class_of(config: Config) -> Callable[..., Agent]:
+    """The class of a user's agent, checked against the protocol and the config's options."""
+    where = f"algorithm = {config.algorithm!r}"
+    found: Any = plugins.load(config.algorithm, "algorithm")
+    missing = [name for name in _MEMBERS if not callable(getattr(found, name, None))]
+    if missing or not inspect.isclass(found):
+        kind = "a class" if not inspect.isclass(found) else f"an agent with {', '.join(missing)}"
+        raise UserError(f"{where}: must be {kind}; see touchdown.agents.agent.Agent")
+    signature = inspect.signature(cast(Callable[..., Any], found))
+    try:
+        signature.bind(config, None, None, **config.options)
+    except TypeError as error:
+        known = [
+            each.name
+            for each in signature.parameters.values()
+            if each.kind in (each.KEYWORD_ONLY, each.POSITIONAL_OR_KEYWORD)
+        ][3:]
+        raise UserError(
+            f"{where}: options = {dict(config.options)!r}: {one_line(error)}; it takes "
+            f"{', '.join(known) or 'none'}"
+        ) from None
+    return cast(Callable[..., Agent], found)

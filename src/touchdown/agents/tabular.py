@@ -10,8 +10,10 @@ from touchdown.agents.actor import ActingAgent, Actor, periods_crossed
 from touchdown.agents.qtable import QTable
 from touchdown.agents.states import states_of
 from touchdown.config.config import Config
+from touchdown.core import records
+from touchdown.core.records import Count
 from touchdown.core.seeding import Streams
-from touchdown.core.types import FloatArray, IntArray, Spaces, StepResult, Tensors
+from touchdown.core.types import FloatArray, IntArray, Policy, Spaces, StepResult, Tensors
 
 
 class TabularAgent(ActingAgent):
@@ -65,7 +67,7 @@ class TabularAgent(ActingAgent):
             loss = 0.0
             for _ in range(periods_crossed(before, before + len(a_tm1), period)):
                 loss = self._sweep(self._plan)
-        self._actor.observed(len(a_tm1))
+        self._actor.observed(steps)
         if not self._actor.metrics_due(updates):
             return None
         best = self.q.max(axis=1)
@@ -130,36 +132,45 @@ class TabularAgent(ActingAgent):
         start, end = learning.learning_rate, learning.learning_rate_end
         return exploration.linear(start, end, learning.learning_rate_duration)(self.updates)
 
-    def recall(
-        self, index: int, o_tm1: FloatArray, a_tm1: int, r_t: float, o_t: FloatArray
-    ) -> None:
-        """Take in one step again that was observed before the checkpoint now restored.
+    def weights(self) -> Tensors:
+        """The table, [S, A], under the name `q`: a copy."""
+        return {"q": self.q.copy()}
 
-        SARSA learns from it when the next action is known.
+    def policy(self, weights: Tensors) -> Policy:
+        """The greedy policy of a table.
+
+        Raises:
+            ValueError: it is no table, or has another shape or type.
         """
-        if self._config.learning.target == "sarsa":
-            s_tm1, s_t = self._states.states(np.stack((o_tm1, o_t))).tolist()
-            self._pending[index] = s_tm1, a_tm1, r_t, s_t
+        return self.model.policy(self.model.params_of(weights))
 
-    def params(self) -> FloatArray:
-        """The table, [S·A]: a copy."""
-        return self.q.ravel().copy()
+    def state(self) -> dict[str, Any]:
+        """The table, SARSA's steps whose next action is not known yet, and the actor's state."""
+        return {"learner": {"q": self.q}, "pending": self._pending, **self._actor.state()}
 
-    def tensors(self) -> dict[str, Tensors]:
-        """The table."""
-        return {"learner": {"q": self.q}}
-
-    def facts(self) -> dict[str, Any]:
-        """Counts and ε."""
-        return self._actor.facts()
-
-    def restore(self, tensors: Mapping[str, Tensors], facts: Mapping[str, Any]) -> None:
-        """Set the state to what `tensors` and `facts` returned.
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Set the state to what `state` returned.
 
         Raises:
             KeyError: something is missing.
             TypeError: something has the wrong type.
             ValueError: something does not fit.
         """
-        self.q = self.model.params_of(tensors["learner"]).reshape(self.model.shape).copy()
-        self._actor.restore({}, facts)
+        self.q = self.model.params_of(state["learner"]).reshape(self.model.shape).copy()
+        records.check(state["pending"], list[tuple[Count, Count, float, Count] | None], "pending")
+        self._pending = [None if step is None else tuple(step) for step in state["pending"]]
+        self._check_pending()
+        self._actor.restore(state)
+
+    def _check_pending(self) -> None:
+        """Refuse pending steps that this environment does not have.
+
+        Raises:
+            ValueError: their number is not N, or a state or an action is out of range.
+        """
+        num_states, num_actions = self.model.shape
+        if len(self._pending) != self._config.training.num_envs:
+            raise ValueError(f"{len(self._pending)} pending steps for other environments")
+        for step in self._pending:
+            if step and not (max(step[0], step[3]) < num_states and step[1] < num_actions):
+                raise ValueError(f"pending = {step}: must be of {num_states} states")

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from touchdown.api.policies import shipped
 from touchdown.api.runs import show
-from touchdown.core import device
+from touchdown.core import device, plugins
 from touchdown.exports import source as sources
 from touchdown.exports.export import Export, Format, write_export
 from touchdown.runs.folder import DEFAULT_RUNS
@@ -18,6 +18,7 @@ def export(
     *,
     out: Path | str | None = None,
     runs_dir: Path | str = DEFAULT_RUNS,
+    trust: bool = False,
 ) -> Export:
     """Write a policy for use elsewhere, with a card that describes it.
 
@@ -29,6 +30,7 @@ def export(
             `safetensors`, touchdown's own.
         out: the folder to make; None makes `<run>-<format>` in the current folder.
         runs_dir: folder that holds the runs.
+        trust: whether to import the code that the run names: its environment's module, its agent.
 
     Raises:
         UserError: there is no such run, it has no weights yet or broken files, the folder exists
@@ -43,4 +45,5 @@ def export(
             with resources.as_file(weights) as path:
                 return write_export(sources.of_shipped(path), format, folder)
         run = show(run, runs_dir)
-    return write_export(sources.of_run(run), format, folder)
+    with plugins.trusting(everything=trust):
+        return write_export(sources.of_run(run), format, folder)

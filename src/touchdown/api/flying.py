@@ -5,11 +5,12 @@ from pathlib import Path
 from rich.console import Console
 
 from touchdown.api.policies import PolicyLike, find_policy
-from touchdown.core import progress
+from touchdown.core import plugins, progress
 from touchdown.core.errors import UserError
 from touchdown.core.seeding import check_seed
 from touchdown.core.starts import TEST_STARTS
-from touchdown.envs import recorder
+from touchdown.envs import custom, recorder
+from touchdown.envs.custom import EnvLike
 from touchdown.envs.flight import Flight
 from touchdown.evaluation import evaluation as evaluations
 from touchdown.evaluation.evaluation import Evaluation
@@ -22,8 +23,9 @@ def evaluate(
     *,
     episodes: int = 100,
     seed: int = TEST_STARTS.start,
-    env_id: str = "LunarLander-v3",
+    env_id: EnvLike = "LunarLander-v3",
     runs_dir: Path | str = DEFAULT_RUNS,
+    trust: bool = False,
     console: Console | None = None,
 ) -> Evaluation:
     """Fly a policy greedily on stock Gymnasium and summarise its episodes.
@@ -34,8 +36,9 @@ def evaluate(
         seed: environment seed of the first start; the other starts have the seeds that follow.
             Seeds below 1,000,000 are test starts.
         env_id: the environment for `random`, a `.zip`, and an `.onnx` that names none; other
-            policies know theirs.
+            policies know theirs. An id, an environment, or a function that makes one.
         runs_dir: folder that holds the runs.
+        trust: whether to import the code that a file names: an environment's module or an agent.
         console: where to show progress; None shows nothing.
 
     Raises:
@@ -44,7 +47,10 @@ def evaluate(
     if episodes < 1:
         raise UserError(f"episodes = {episodes}: must be at least 1")
     check_seed(seed, episodes)
-    named = find_policy(policy, Path(runs_dir), env_id)
+    with plugins.trusting(everything=trust):
+        named = find_policy(policy, Path(runs_dir), custom.name_of(env_id))
+        # known from now on: the environment is made again for each flight
+        plugins.allow(named.env_id)
     shown = console or Console(quiet=True)
     with progress.counting(shown, f"flying {named.name}", episodes) as count:
         return evaluations.evaluate_policy(named, range(seed, seed + episodes), on_episode=count)
@@ -55,8 +61,9 @@ def fly(
     *,
     seed: int = TEST_STARTS.start,
     out: Path | str | None = None,
-    env_id: str = "LunarLander-v3",
+    env_id: EnvLike = "LunarLander-v3",
     runs_dir: Path | str = DEFAULT_RUNS,
+    trust: bool = False,
 ) -> Flight:
     """Fly one episode and, if asked to, film it.
 
@@ -65,14 +72,17 @@ def fly(
         seed: environment seed of the start.
         out: a `.gif` or `.mp4` to write, or `window` to watch it live; None makes no film.
         env_id: the environment for `random`, a `.zip`, and an `.onnx` that names none; other
-            policies know theirs.
+            policies know theirs. An id, an environment, or a function that makes one.
         runs_dir: folder that holds the runs.
+        trust: whether to import the code that a file names: an environment's module or an agent.
 
     Raises:
         UserError: there is no such policy, no screen for a window, or `out` cannot be written.
     """
     check_seed(seed)
-    named = find_policy(policy, Path(runs_dir), env_id)
+    with plugins.trusting(everything=trust):
+        named = find_policy(policy, Path(runs_dir), custom.name_of(env_id))
+        plugins.allow(named.env_id)
     if out is not None and str(out) == "window":
         return films.show_window(named.env_id, named.policy, seed, named.name)
     if out is not None:

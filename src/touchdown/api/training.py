@@ -5,11 +5,15 @@ from pathlib import Path
 
 from rich.console import Console
 
+from touchdown.agents.agent import Agent
 from touchdown.agents.registry import check_fits
 from touchdown.api.pipeline import complete
 from touchdown.config.config import Config
 from touchdown.config.presets import preset
-from touchdown.envs import environment
+from touchdown.core import plugins
+from touchdown.core.errors import UserError
+from touchdown.envs import custom, environment
+from touchdown.envs.custom import EnvLike
 from touchdown.lander import engine as engines
 from touchdown.runs import folder as folders
 from touchdown.runs.folder import DEFAULT_RUNS
@@ -20,19 +24,28 @@ from touchdown.training.selection import stop_threshold
 def train(
     config: Config | str = "pilot",
     *,
+    env: EnvLike | None = None,
+    agent: type[Agent] | str | None = None,
     name: str | None = None,
     runs_dir: Path | str = DEFAULT_RUNS,
     seed: int | None = None,
+    trust: bool = False,
     console: Console | None = None,
 ) -> Run:
     """Train an agent, choose its best checkpoint, test it, and draw its figures and film.
 
     Args:
         config: settings, or the name of a preset.
+        env: a Gymnasium id, `module:Id`, an environment, or a function or class that makes one;
+            None takes the config's. An environment is copied for each place in a vector env.
+        agent: a class that fulfils `touchdown.agents.agent.Agent`, or its name,
+            `package.module:Class`; None takes the config's.
         name: name of the run. None takes `<preset>-<seed>`, with a number appended if that name is
             taken.
         runs_dir: folder that holds the runs.
         seed: training seed; None takes the config's.
+        trust: whether to import the code that the config names. What `env` and `agent` name is
+            imported without it.
         console: where to show progress and results; None shows nothing.
 
     Returns:
@@ -47,19 +60,46 @@ def train(
     settings = preset(config) if isinstance(config, str) else config
     if seed is not None:
         settings = replace(settings, seed=seed)
+    if env is not None:
+        settings = replace(settings, env_id=custom.name_of(env))
+    if agent is not None:
+        settings = replace(settings, algorithm=_name_of(agent))
+    with plugins.trusting(everything=trust):
+        return _trained(settings, name, Path(runs_dir), console)
+
+
+def _trained(settings: Config, name: str | None, runs_dir: Path, console: Console | None) -> Run:
     # refuse an environment, and settings that do not fit it, before a folder is made
     spaces = environment.spaces_of(settings.env_id, engine=engines.engine_in_use())
     check_fits(settings, spaces)
     stop_threshold(settings)
-    return complete(folders.create(Path(runs_dir), settings, name), console)
+    return complete(folders.create(runs_dir, settings, name), console)
 
 
-def resume(run: str, *, runs_dir: Path | str = DEFAULT_RUNS, console: Console | None = None) -> Run:
+def _name_of(agent: type[Agent] | str) -> str:
+    if isinstance(agent, str):
+        plugins.allow(agent)
+        return agent
+    return plugins.give(agent)
+
+
+def resume(
+    run: str,
+    *,
+    env: EnvLike | None = None,
+    agent: type[Agent] | str | None = None,
+    runs_dir: Path | str = DEFAULT_RUNS,
+    trust: bool = False,
+    console: Console | None = None,
+) -> Run:
     """Continue a run that was stopped, from its last checkpoint to its end.
 
     Args:
         run: name of the run, or its folder.
+        env: what the run was given as `env`, where another process is to find it.
+        agent: what the run was given as `agent`, likewise.
         runs_dir: folder that holds the runs.
+        trust: whether to import the code that the run's config names.
         console: where to show progress and results; None shows nothing.
 
     Returns:
@@ -69,4 +109,24 @@ def resume(run: str, *, runs_dir: Path | str = DEFAULT_RUNS, console: Console | 
         UserError: there is no such run, its files are broken, or something could not be written.
         Interrupted: stopped again; the run was saved.
     """
-    return complete(folders.find(run, Path(runs_dir)), console)
+    folder = folders.find(run, Path(runs_dir))
+    config = folder.config()
+    _hand_over(env, agent, config)
+    with plugins.trusting(everything=trust):
+        return complete(folder, console)
+
+
+def _hand_over(env: EnvLike | None, agent: type[Agent] | str | None, config: Config) -> None:
+    """Let a run's environment and agent be found by the names in its config.
+
+    Raises:
+        UserError: a name is not the run's.
+    """
+    if env is not None and custom.name_of(env, config.env_id) != config.env_id:
+        raise UserError(f"env = {env!r}: the run's environment is {config.env_id!r}")
+    if isinstance(agent, str):
+        plugins.allow(agent)
+        if agent != config.algorithm:
+            raise UserError(f"agent = {agent!r}: the run's agent is {config.algorithm!r}")
+    elif agent is not None:
+        plugins.give(agent, config.algorithm)

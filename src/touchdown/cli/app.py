@@ -5,7 +5,8 @@ import sys
 from collections.abc import Sequence
 
 from touchdown import __version__
-from touchdown.cli.parse import parse
+from touchdown.cli.parse import named_in, parse
+from touchdown.core import plugins
 from touchdown.core.errors import Interrupted, UserError, one_line
 
 _BAD_INPUT = 2
@@ -32,7 +33,11 @@ def main(argv: Sequence[str] | None = None) -> None:
             stream.reconfigure(errors="replace")  # a terminal without UTF-8 still gets its table
     console = Console(width=None if sys.stdout.isatty() else 120, stderr="--json" in args)
     try:
-        parse(args).run(console)
+        verb = parse(args)
+        plugins.allow(*named_in(args))
+        trust: bool = getattr(getattr(verb, "what", verb), "trust", False)
+        with plugins.trusting(everything=trust):
+            verb.run(console)
     except UserError as error:
         _fail(str(error), _BAD_INPUT)
     except OSError as error:

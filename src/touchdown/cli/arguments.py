@@ -1,9 +1,13 @@
 """Arguments that several verbs share."""
 
+import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
 from tyro.conf import arg
+
+from touchdown.core.errors import UserError
 
 RunsDir = Annotated[Path, arg(help="Folder that holds the runs.")]
 Json = Annotated[bool, arg(help="Print JSON for scripts instead of a table.")]
@@ -23,8 +27,8 @@ FirstSeed = Annotated[
 EnvId = Annotated[
     str,
     arg(
-        help="Environment (Gymnasium id) for `random`, a .zip, and an .onnx that names none; other "
-        "policies know theirs."
+        help="Environment (Gymnasium id or module:Id) for `random`, a .zip, and an .onnx that "
+        "names none; other policies know theirs."
     ),
 ]
 PolicyName = Annotated[
@@ -62,6 +66,14 @@ StudyName = Annotated[
     ),
 ]
 
+Trust = Annotated[
+    bool,
+    arg(
+        help="Import the code that files name: an environment's module or an agent's class in a "
+        "run's settings, in weights or in a study."
+    ),
+]
+
 DEFAULT_RUNS = Path("runs")
 DEFAULT_RESULTS = DEFAULT_RUNS / "studies"
 
@@ -76,3 +88,23 @@ def use_engine(engine: Literal["exact", "gymnasium"] | None) -> None:
 
     if engine is not None:
         engines.use_engine(engine)
+
+
+def options_of(words: Sequence[str]) -> dict[str, bool | int | float | str]:
+    """An agent's options from words of the form NAME=VALUE; a value is read as TOML, or is text.
+
+    Raises:
+        UserError: a word has another form, or a name is given twice.
+    """
+    options: dict[str, bool | int | float | str] = {}
+    for word in words:
+        name, equals, text = word.partition("=")
+        if not (equals and name.isidentifier()):
+            raise UserError(f"--options {word!r}: must be NAME=VALUE, such as alpha=0.9")
+        if name in options:
+            raise UserError(f"--options {word!r}: {name} is given twice")
+        try:
+            options[name] = tomllib.loads(f"value = {text}")["value"]
+        except tomllib.TOMLDecodeError:
+            options[name] = text
+    return options

@@ -95,6 +95,12 @@ def parse(argv: Sequence[str]) -> Verb:
     return verb
 
 
+def named_in(argv: Sequence[str]) -> list[str]:
+    """The environments and agents that a user named by flags: their code may be imported."""
+    flags = ("--env-id", "--env_id", "--algorithm")
+    return [value for flag in flags for value in _values_of(argv, flag)]
+
+
 def _train_defaults(argv: Sequence[str]) -> Train:
     """The defaults of `train`'s flags, which depend on the preset and the TOML file given."""
     if not argv or argv[0] != "train":
@@ -112,6 +118,7 @@ def _train_defaults(argv: Sequence[str]) -> Train:
         seed=config.seed,
         env_id=config.env_id,
         algorithm=config.algorithm,
+        base_options=dict(config.options),
         **sections,
     )
 
@@ -122,13 +129,17 @@ def _preset_in(argv: Sequence[str]) -> str | None:
     return None
 
 
-def _value_of(argv: Sequence[str], flag: str) -> str | None:
-    given = [
+def _values_of(argv: Sequence[str], flag: str) -> list[str]:
+    return [
         value
         for token, following in zip_longest(argv, argv[1:])
         for name, _, after in [token.partition("=")]
         if name == flag and (value := after or following) is not None
     ]
+
+
+def _value_of(argv: Sequence[str], flag: str) -> str | None:
+    given = _values_of(argv, flag)
     if len(given) > 1:
         raise UserError(f"{flag}: given {len(given)} times; must be given once")
     return given[0] if given else None

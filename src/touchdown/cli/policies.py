@@ -16,6 +16,7 @@ from touchdown.cli.arguments import (
     Json,
     PolicyName,
     RunsDir,
+    Trust,
     use_engine,
 )
 from touchdown.cli.printing import print_indented, print_json, print_line
@@ -32,6 +33,7 @@ class Evaluate:
     episodes: Episodes = 100
     seed: FirstSeed = 0
     env_id: EnvId = "LunarLander-v3"
+    trust: Trust = False
     json: Json = False
     runs_dir: RunsDir = DEFAULT_RUNS
     device: Device = "cpu"
@@ -72,6 +74,7 @@ class Fly:
         ),
     ] = None
     env_id: EnvId = "LunarLander-v3"
+    trust: Trust = False
     runs_dir: RunsDir = DEFAULT_RUNS
     device: Device = "cpu"
     engine: Engine = None
@@ -119,6 +122,7 @@ class Export:
         Path | None,
         arg(metavar="FOLDER", help="Folder to make; None makes RUN-FORMAT here."),
     ] = None
+    trust: Trust = False
     runs_dir: RunsDir = DEFAULT_RUNS
 
     def run(self, console: "Console") -> None:

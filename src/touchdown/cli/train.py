@@ -1,17 +1,24 @@
 """The verb `train`."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from tyro.conf import Positional, arg
+from tyro.conf import Fixed, Positional, Suppress, arg
 
-from touchdown.cli.arguments import DEFAULT_RUNS, Device, Engine, RunsDir, use_engine
+from touchdown.cli.arguments import (
+    DEFAULT_RUNS,
+    Device,
+    Engine,
+    RunsDir,
+    Trust,
+    options_of,
+    use_engine,
+)
 from touchdown.config import presets
 from touchdown.config.config import Config
 from touchdown.config.sections import (
     SECTIONS,
-    Algorithm,
     ExplorationConfig,
     LearningConfig,
     NetworkConfig,
@@ -58,17 +65,28 @@ class Train:
     env_id: Annotated[
         str,
         arg(
-            help="Gymnasium id of an environment with a flat Box or Discrete observation space and "
-            "a Discrete action space."
+            help="Gymnasium id, module:Id or module:function of an environment with a flat Box or "
+            "Discrete observation space and a Discrete action space."
         ),
     ] = "LunarLander-v3"
     algorithm: Annotated[
-        Algorithm,
+        str,
         arg(
-            help="What learns: a network with a replay memory, a network without one, a table, or "
-            "planning with the environment's own model; presets choose it."
+            metavar="NAME",
+            help="What learns: dqn (a network with a replay memory), pqn (a network without one), "
+            "tabular (a table), value-iteration (planning with the environment's own model), or "
+            "your own agent, as package.module:Class; presets choose it.",
         ),
     ] = "dqn"
+    options: Annotated[
+        tuple[str, ...],
+        arg(metavar="NAME=VALUE", help="Settings of your own agent, passed to its class by name."),
+    ] = ()
+    base_options: Suppress[Fixed[dict[str, bool | int | float | str]]] = field(
+        default_factory=dict[str, bool | int | float | str]
+    )
+    """Those of the preset or the --config file."""
+    trust: Trust = False
     network: NetworkConfig = field(default_factory=NetworkConfig)
     replay: ReplayConfig = field(default_factory=ReplayConfig)
     exploration: ExplorationConfig = field(default_factory=ExplorationConfig)
@@ -90,6 +108,7 @@ class Train:
                 seed=self.seed,
                 env_id=self.env_id,
                 algorithm=self.algorithm,
+                options=self.base_options | options_of(self.options),
                 **sections,
             )
         except ValueError as error:
@@ -105,7 +124,10 @@ class Train:
         if self.resume is None:
             training.train(self.settings(), name=self.name, runs_dir=self.runs_dir, console=console)
             return
-        if self.settings() != presets.preset("pilot") or self.config or self.name:
+        pilot = presets.preset("pilot")
+        # these may name the run's own code, which is imported only if they do
+        given = replace(self.settings(), env_id=pilot.env_id, algorithm=pilot.algorithm)
+        if given != pilot or self.config or self.name:
             raise UserError(
                 f"resume {self.resume!r}: continues with the run's own settings; "
                 "leave out the preset and the other flags"

@@ -80,6 +80,8 @@ def _plain(value: Any) -> Any:
     numpy = sys.modules.get("numpy")  # slow to load, and where it is not, no value is of it
     if numpy is not None and isinstance(value, numpy.generic):
         return _plain(value.item())
+    if isinstance(value, dict):
+        return {name: _plain(of) for name, of in cast(dict[Any, Any], value).items()}
     if isinstance(value, list | tuple):
         entries = [_plain(entry) for entry in cast(list[Any], value)]
         return entries if isinstance(value, list) else tuple(entries)
@@ -89,4 +91,6 @@ def _plain(value: Any) -> Any:
 def _is_finite(value: Any) -> bool:
     if isinstance(value, tuple):
         return all(map(_is_finite, cast(tuple[Any, ...], value)))
+    if isinstance(value, dict):
+        return all(map(_is_finite, cast(dict[str, Any], value).values()))
     return not isinstance(value, float) or math.isfinite(value)

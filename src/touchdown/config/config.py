@@ -1,17 +1,16 @@
 """All settings of a run in one frozen value, with a digest."""
 
-import dataclasses
-import hashlib
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from msgspec import Meta
 
 from touchdown.config.checks import check, is_plain_name, settle
+from touchdown.config.digest import digest_of
 from touchdown.config.rules import check_together
 from touchdown.config.sections import (
-    Algorithm,
+    ALGORITHMS,
     ExplorationConfig,
     LearningConfig,
     NetworkConfig,
@@ -20,7 +19,8 @@ from touchdown.config.sections import (
     TableConfig,
     TrainingConfig,
 )
-from touchdown.config.toml import digest_text, from_values, read_toml
+from touchdown.config.toml import from_values, read_toml
+from touchdown.core import plugins
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,11 +32,14 @@ class Config:
     seed: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
     """Training seed: weights, exploration, replay and training starts follow from it."""
     env_id: str = "LunarLander-v3"
-    """Gymnasium id of an environment whose observations are a flat Box or Discrete, and whose
-    actions are Discrete."""
-    algorithm: Algorithm = "dqn"
-    """What learns: a network with a memory, one without (PQN), a table, or a plan made from the
-    environment's own model."""
+    """Gymnasium id, `module:Id` or `module:function` of an environment whose observations are a
+    flat Box or Discrete, and whose actions are Discrete."""
+    algorithm: str = "dqn"
+    """What learns: `dqn`, a network with a replay memory; `pqn`, a network without one; `tabular`,
+    a table; `value-iteration`, a plan made from the environment's own model; or an agent of your
+    own, as `package.module:Class`."""
+    options: dict[str, bool | int | float | str] = field(default_factory=dict[str, Any], hash=False)
+    """Settings of an agent of your own, passed to its class by name."""
     network: NetworkConfig = field(default_factory=NetworkConfig)
     replay: ReplayConfig = field(default_factory=ReplayConfig)
     exploration: ExplorationConfig = field(default_factory=ExplorationConfig)
@@ -48,14 +51,23 @@ class Config:
     def __post_init__(self) -> None:
         settle(self)
         preset_ok = is_plain_name(self.preset)
+        known = self.algorithm in ALGORITHMS or plugins.is_plugin(self.algorithm)
+        check(
+            self,
+            "algorithm",
+            ok=known,
+            wanted=f"one of {', '.join(ALGORITHMS)}, or package.module:Class",
+        )
         check(self, "preset", ok=preset_ok, wanted="letters, digits, '.', '_' and '-'")
         check_together(self)
 
     @property
     def digest(self) -> str:
-        """12 hex digits that two configs share only if they are equal, `preset` aside."""
-        same = dataclasses.replace(self, preset="custom")
-        return hashlib.sha256(digest_text(same).encode()).hexdigest()[:12]
+        """12 hex digits that two configs share only if they are equal, `preset` aside.
+
+        A field that is added later and has its default changes no digest.
+        """
+        return digest_of(self)
 
 
 def from_toml(path: Path) -> Config:

@@ -1,12 +1,12 @@
 """Rules across the sections of a config: what does not go together, and what would do nothing."""
 
 import dataclasses
+from collections.abc import Mapping
 from typing import Protocol
 
 from touchdown.config.sections import (
     MOST_FUSED_LAYERS,
     SECTIONS,
-    Algorithm,
     LearningConfig,
     NetworkConfig,
     RolloutConfig,
@@ -18,7 +18,9 @@ class Sections(Protocol):
     """What the rules read of a `Config`."""
 
     @property
-    def algorithm(self) -> Algorithm: ...  # noqa: D102 - as `Config` says
+    def algorithm(self) -> str: ...  # noqa: D102 - as `Config` says
+    @property
+    def options(self) -> Mapping[str, object]: ...  # noqa: D102
     @property
     def network(self) -> NetworkConfig: ...  # noqa: D102
     @property
@@ -31,7 +33,7 @@ class Sections(Protocol):
 
 _STEP_SIZE = {"learning_rate", "learning_rate_end", "learning_rate_duration"}
 # the fields that an algorithm reads, by section: None is all of them, a section left out none
-_USED: dict[Algorithm, dict[str, frozenset[str] | None]] = {
+_USED: dict[str, dict[str, frozenset[str] | None]] = {
     "dqn": {"network": None, "replay": None, "learning": None},
     "pqn": {
         "network": frozenset({"hidden_sizes", "activation", "dueling", "layer_norm"}),
@@ -54,6 +56,24 @@ _USED: dict[Algorithm, dict[str, frozenset[str] | None]] = {
 for _sections in _USED.values():
     _sections |= {"exploration": None, "training": None}
 
+_ANY, _DEFAULT = object(), object()
+# what the fused kernel supports, by section: any value of a field, or one; a field that is not
+# listed here, such as one added later, must have its default
+_FUSED: dict[str, dict[str, object]] = {
+    "network": {
+        **dict.fromkeys(("hidden_sizes", "dueling", "layer_norm", "v_min", "v_max"), _ANY),
+        **dict.fromkeys(("noisy_sigma",), _ANY),
+        "activation": "relu",
+    },
+    "learning": {
+        **dict.fromkeys(_STEP_SIZE, _ANY),
+        **dict.fromkeys(("gamma", "backend", "batch_size", "loss", "reward_scale"), _ANY),
+        **dict.fromkeys(("max_grad_norm", "target", "update_period", "gradient_steps"), _ANY),
+        **dict.fromkeys(("target_period", "polyak", "double", "n_step"), _ANY),
+        "optimizer": "adam",
+    },
+}
+
 
 def check_together(config: Sections) -> None:
     """Refuse sections that do not go together.
@@ -68,32 +88,39 @@ def check_together(config: Sections) -> None:
         )
     if config.learning.backend == "fused":
         _refuse_what_is_not_fused(config)
-    _refuse_what_does_nothing(config)
+    # an agent of the user's may read every setting
+    if config.algorithm in _USED:
+        _refuse_what_does_nothing(config)
 
 
 def _refuse_what_is_not_fused(config: Sections) -> None:
-    network = config.network
-    for name, given, wanted in (
-        ("activation", network.activation, "relu"),
-        ("quantiles", network.quantiles, 0),
-        ("atoms", network.atoms, 0),
-        ("noisy", network.noisy, False),
-        ("optimizer", config.learning.optimizer, "adam"),
-    ):
-        if given != wanted:
-            raise ValueError(
-                f"{name} = {given!r}: must be {wanted!r} with backend = 'fused'; "
-                "backend = 'jax' has it"
-            )
-    if len(network.hidden_sizes) > MOST_FUSED_LAYERS:
+    for section, supported in _FUSED.items():
+        given = getattr(config, section)
+        for item in dataclasses.fields(given):
+            value, allowed = getattr(given, item.name), supported.get(item.name, _DEFAULT)
+            if allowed is _ANY:
+                continue
+            wanted = item.default if allowed is _DEFAULT else allowed
+            if value != wanted:
+                raise ValueError(
+                    f"{item.name} = {value!r}: must be {wanted!r} with backend = 'fused'; "
+                    "backend = 'jax' supports it"
+                )
+    sizes = config.network.hidden_sizes
+    if len(sizes) > MOST_FUSED_LAYERS:
         raise ValueError(
-            f"hidden_sizes = {network.hidden_sizes}: must be at most {MOST_FUSED_LAYERS} "
+            f"hidden_sizes = {sizes}: must be at most {MOST_FUSED_LAYERS} "
             "layers with backend = 'fused'"
         )
 
 
 def _refuse_what_does_nothing(config: Sections) -> None:
     used = _USED[config.algorithm]
+    if config.options:
+        raise ValueError(
+            f"options = {dict(config.options)!r}: must be empty with algorithm = "
+            f"{config.algorithm!r}; they are for an agent of your own"
+        )
     for section, kind in SECTIONS.items():
         of_section = used.get(section, frozenset())
         if of_section is None:

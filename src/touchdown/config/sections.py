@@ -22,7 +22,7 @@ from touchdown.config.bounds import (
 from touchdown.config.checks import check, settle
 from touchdown.core.starts import TEST_STARTS, VALIDATION_STARTS
 
-Algorithm = Literal["dqn", "pqn", "tabular", "value-iteration"]
+ALGORITHMS = ("dqn", "pqn", "tabular", "value-iteration")
 Backend = Literal["jax", "fused"]
 
 _MOST_STATES = 100_000_000  # of a table: more would end in a system without memory

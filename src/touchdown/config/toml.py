@@ -9,17 +9,13 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import tomli_w
 
+from touchdown.config.digest import FORMER_NAMES
 from touchdown.core.errors import UserError, one_line
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 FORMAT_VERSION = 1
-_FORMER_NAMES = {
-    "training": {"max_env_steps": "max_observations", "candidate_checkpoints": "finalists"}
-}
-"""What fields were called when digests began, by section: files with these names are still read,
-and digests are still taken over them, so that a run keeps the name that it was stored under."""
 ConfigLike = TypeVar("ConfigLike", bound="DataclassInstance")
 
 
@@ -33,17 +29,9 @@ def to_toml(config: "DataclassInstance") -> str:
     return tomli_w.dumps({"format_version": FORMAT_VERSION, **to_dict(config)})
 
 
-def digest_text(config: "DataclassInstance") -> str:
-    """A config as the TOML that its digest is taken over: fields have their former names."""
-    values = to_dict(config)
-    for section, names in _FORMER_NAMES.items():
-        values[section] = {names.get(name, name): of for name, of in values[section].items()}
-    return tomli_w.dumps({"format_version": FORMAT_VERSION, **values})
-
-
 def _renamed(name: str) -> str:
-    """The present name of a field."""
-    present = {old: new for names in _FORMER_NAMES.values() for new, old in names.items()}
+    """The present name of a field: files with a former one are still read."""
+    present = {old: new for names in FORMER_NAMES.values() for new, old in names.items()}
     return present.get(name, name)
 
 
@@ -69,6 +57,8 @@ def replace_fields(instance: Any, values: Mapping[str, Any], where: str) -> Any:
                 raise UserError(f"{where}: {name} = {value!r}: must be a table [{name}]")
             nested = cast(dict[str, Any], value)
             changes[name] = replace_fields(getattr(instance, name), nested, f"{where} [{name}]")
+        elif isinstance(getattr(instance, name), dict) and isinstance(value, dict):
+            changes[name] = getattr(instance, name) | value
         else:
             changes[name] = value
     try:
@@ -84,9 +74,24 @@ def read_toml(path: Path) -> dict[str, Any]:
         UserError: the file cannot be read or is not TOML.
     """
     try:
-        return tomllib.loads(path.read_text("utf-8"))
+        text = path.read_text("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
+    return parse(text, path)
+
+
+def parse(text: str, path: Path) -> dict[str, Any]:
+    """The values of a TOML text.
+
+    Args:
+        text: in TOML.
+        path: where it comes from, named in errors.
+
+    Raises:
+        UserError: it is not TOML.
+    """
+    try:
+        return tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # a number of 5,000 digits, 100,000 brackets
         raise UserError(f"{path}: not TOML: {one_line(error)}") from None
 

@@ -33,6 +33,15 @@ class ValuePolicy(Policy, Protocol):
         ...
 
 
+@runtime_checkable
+class Described(Protocol):
+    """A policy of a network or a table of ours, which is made again without its agent's code."""
+
+    def describe(self) -> dict[str, Any]:
+        """The config of the network or table as JSON values, under the key `network` or `table`."""
+        ...
+
+
 class Spaces(NamedTuple):
     """What an agent needs to know about an environment."""
 

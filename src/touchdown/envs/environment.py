@@ -8,8 +8,9 @@ import numpy as np
 from gymnasium import spaces
 from gymnasium.wrappers import DtypeObservation, FlattenObservation, TimeLimit
 
-from touchdown.core.errors import UserError, one_line
+from touchdown.core.errors import UserError
 from touchdown.core.types import Spaces
+from touchdown.envs import custom
 from touchdown.lander.engine import Engine
 from touchdown.lander.rules import MAX_EPISODE_STEPS, NUM_ACTIONS, is_lander
 from touchdown.lander.space import observation_space
@@ -35,22 +36,20 @@ def make_env(
     after 1,000 steps, because a greedy policy may go round in circles forever.
 
     Args:
-        env_id: Gymnasium's id.
+        env_id: Gymnasium's id, `module:Id`, or `module:function` of a function that makes one.
         render_mode: Gymnasium's, `rgb_array` or `human`; for stock alone.
         engine: what simulates the lander; other environments are always Gymnasium's own.
 
     Raises:
-        UserError: there is no such environment, it cannot be made, or it has other spaces.
+        UserError: there is no such environment, it cannot be made, it has other spaces, or its
+            module is named by a file only.
     """
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # gymnasium warns of versions that it then refuses
-            if engine == "exact" and is_lander(env_id):
-                env = _exact_lander(render_mode)
-            else:
-                env = gymnasium.make(env_id, render_mode=render_mode, disable_env_checker=True)
-    except (gymnasium.error.Error, ImportError, AttributeError, TypeError, ValueError) as error:
-        raise UserError(f"env_id {env_id!r}: cannot be made: {one_line(error)}") from None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # gymnasium warns of versions that it then refuses
+        if engine == "exact" and is_lander(env_id):
+            env = _exact_lander(render_mode)
+        else:
+            env = custom.make(env_id, render_mode)
     if env.spec is not None and env.spec.max_episode_steps is None:
         env = TimeLimit(env, MAX_EPISODE_STEPS)
     num_states = None

@@ -1,6 +1,4 @@
-"""How an episode ended, in words, and the return that counts as solved."""
-
-from gymnasium.envs.registration import registry
+"""How an episode ended, in words."""
 
 from touchdown.core.types import FloatArray, Outcome
 from touchdown.lander.rules import is_lander
@@ -19,10 +17,3 @@ def outcome_of(env_id: str, observation: FloatArray, reward: float, *, terminate
     if reward == 100:
         return "landed"
     return "out of bounds" if abs(float(observation[0])) >= 1 else "crashed"
-
-
-def threshold_of(env_id: str) -> float | None:
-    """The return at which Gymnasium calls an environment solved; None where it names none."""
-    spec = registry.get(env_id)
-    threshold = spec.reward_threshold if spec else None
-    return None if threshold is None else float(threshold)

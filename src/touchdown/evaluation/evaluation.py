@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from msgspec import Meta, Struct
 
 from touchdown.core import files, records
-from touchdown.envs.outcome import threshold_of
+from touchdown.envs.custom import threshold_of
 from touchdown.evaluation.evaluator import NUM_ENVS, EpisodeResult, Evaluator, Observer
 from touchdown.lander import rules
 from touchdown.policies.facts import WeightsFacts

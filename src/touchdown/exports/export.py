@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from importlib import resources
 from importlib.metadata import version
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Literal, cast, get_args
 
 from touchdown.agents.networks import QNetwork
+from touchdown.agents.qtable import QTable
 from touchdown.core import files
 from touchdown.core.errors import UserError
 from touchdown.exports import agreement as agreements
@@ -54,6 +55,11 @@ def write_export(source: Source, file_format: Format, out: Path | None = None) -
     if file_format == "onnx":
         graph.check_installed()
     weights = policy_weights.read_weights(source.weights)
+    if file_format == "onnx" and weights.model is None:
+        raise UserError(
+            f"format 'onnx': the policy of algorithm {source.config.algorithm!r} is its own code, "
+            "which no ONNX graph describes; choose safetensors"
+        )
     name = f"{source.name}.{file_format}"
     agreement, content = None, dict[str, bytes]()
     if file_format == "onnx":
@@ -74,7 +80,7 @@ def write_export(source: Source, file_format: Format, out: Path | None = None) -
 
 
 def _checked_onnx(source: Source, weights: Weights) -> tuple[bytes, Agreement]:
-    model, spaces = weights.model, weights.spaces
+    model, spaces = cast(QNetwork | QTable, weights.model), weights.spaces
     config = source.config
     metadata = {
         "env_id": weights.env_id,
@@ -88,7 +94,7 @@ def _checked_onnx(source: Source, weights: Weights) -> tuple[bytes, Agreement]:
     data = graph.onnx_model(
         model, weights.params, spaces.observation_size, spaces.num_actions, metadata
     )
-    policy = weights.policy
+    policy = model.policy(weights.params)
     seen = agreements.seen_in_flight(policy, weights.env_id)
     largest_term = 0.0
     if isinstance(model, QNetwork) and model.config.atoms:

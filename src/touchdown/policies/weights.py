@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 from safetensors.numpy import save
 
-from touchdown.agents.agent import Model
+from touchdown.agents import registry
 from touchdown.agents.networks import QNetwork, make_network
 from touchdown.agents.qtable import QTable
 from touchdown.agents.states import states_of
@@ -17,7 +17,8 @@ from touchdown.config.config import Config
 from touchdown.config.sections import NetworkConfig, TableConfig
 from touchdown.core import files, records
 from touchdown.core.errors import UserError, one_line
-from touchdown.core.types import FloatArray, Spaces, Tensors, ValuePolicy
+from touchdown.core.seeding import streams
+from touchdown.core.types import Described, FloatArray, Policy, Spaces, Tensors
 from touchdown.envs import environment
 from touchdown.policies.facts import WeightsFacts
 from touchdown.policies.named import NamedPolicy
@@ -35,12 +36,14 @@ class _Metadata(msgspec.Struct, frozen=True):
     facts: str = "{}"
     network: str | None = None
     table: str | None = None
+    config: str | None = None
+    """TOML of the run's config, where only its agent can make the policy again."""
 
 
 def save_weights(
     path: Path,
-    model: Model,
-    params: FloatArray,
+    weights: Tensors,
+    policy: Policy,
     facts: WeightsFacts,
     config: Config,
 ) -> None:
@@ -48,37 +51,39 @@ def save_weights(
 
     Args:
         path: of the file.
-        model: the network or the table that the parameters belong to.
-        params: flat, [P].
+        weights: named arrays.
+        policy: the greedy policy of these weights. It is asked for its network or table; a policy
+            without one can only be made again by its agent's code.
         facts: numbers to store with the weights, such as the validation return.
         config: of the run that trained them.
     """
-    tensors = {name: np.array(value) for name, value in model.layers(params).items()}
+    if isinstance(policy, Described):
+        described = {name: json.dumps(value) for name, value in policy.describe().items()}
+    else:
+        described = {"config": toml.to_toml(config)}
     metadata = {
         "format_version": str(WEIGHTS_FORMAT_VERSION),
         "env_id": config.env_id,
-        **{name: json.dumps(value) for name, value in model.describe().items()},
+        **described,
         "preset": config.preset,
         "seed": str(config.seed),
         "facts": json.dumps(msgspec.to_builtins(facts)),
     }
-    files.write_atomic(path, save(tensors, metadata))
+    files.write_atomic(path, save(weights, metadata))
 
 
 class Weights(NamedTuple):
     """The contents of a file of `save_weights`."""
 
-    model: QNetwork | QTable
-    params: FloatArray
-    """Flat, [P]."""
+    policy: Policy
+    """Greedy."""
     env_id: str
     spaces: Spaces
     """Of that environment."""
-
-    @property
-    def policy(self) -> ValuePolicy:
-        """The greedy policy of the model with these parameters."""
-        return self.model.policy(self.params)
+    model: QNetwork | QTable | None = None
+    """Of the policy; None of a policy that only its agent's code can make again."""
+    params: FloatArray = np.zeros(0)
+    """The model's, flat, [P]."""
 
 
 def load_weights(path: Path) -> NamedPolicy:
@@ -95,10 +100,13 @@ def read_weights(path: Path) -> Weights:
     """What a file of `save_weights` holds.
 
     Raises:
-        UserError: it is cut off, of another version, or not a policy of ours.
+        UserError: it is cut off, of another version, or not a policy of ours; or it names code that
+            the user did not name.
     """
     tensors, metadata = _read(path)
     where = f"{path}: not a policy's weights"
+    if metadata.config is not None:
+        return _read_with_agent(tensors, metadata.config, path)
     described = {
         name: records.decode(text, dict[str, Any], where)
         for name, text in (("network", metadata.network), ("table", metadata.table))
@@ -119,7 +127,21 @@ def read_weights(path: Path) -> Weights:
         params = model.params_of(tensors)
     except (UserError, ValueError) as error:
         raise UserError(f"{where} for env_id {env_id!r}: {one_line(error)}") from None
-    return Weights(model, params, env_id, spaces)
+    return Weights(model.policy(params), env_id, spaces, model, params)
+
+
+def _read_with_agent(tensors: Tensors, text: str, path: Path) -> Weights:
+    """The policy that an agent of the user's makes of its weights."""
+    config = toml.from_values(toml.parse(text, path), Config(), path)
+    spaces = environment.spaces_of(config.env_id)
+    agent = registry.make_agent(config, spaces, streams(config.seed))
+    try:
+        policy = agent.policy(tensors)
+    except (KeyError, TypeError, ValueError) as error:
+        raise UserError(
+            f"{path}: not weights of algorithm {config.algorithm!r}: {one_line(error)}"
+        ) from None
+    return Weights(policy, config.env_id, spaces)
 
 
 def _check_sizes(config: NetworkConfig, tensors: Tensors) -> None:

@@ -1,8 +1,11 @@
 """n-step transitions: the discounted sum of n rewards, and the observation after them."""
 
 from collections import deque
+from collections.abc import Sequence
 
-from touchdown.core.types import FloatArray
+import numpy as np
+
+from touchdown.core.types import FloatArray, Tensors
 from touchdown.replay.transition import Transition
 
 
@@ -72,6 +75,37 @@ class NStep:
         """
         return self._drain(terminated=False, a_t=a_t)
 
+    def tensors(self) -> Tensors:
+        """The K steps that are in no transition yet, for a checkpoint; {} if there are none.
+
+        `o_tm1` [K, D], `a_tm1` [K], `r_t` [K], and `last` [D], the observation after the newest.
+        """
+        if not self._steps or self._last is None:
+            return {}
+        o_tm1, a_tm1, r_t = zip(*self._steps, strict=True)
+        return {
+            "o_tm1": np.stack(o_tm1),
+            "a_tm1": np.array(a_tm1, np.int64),
+            "r_t": np.array(r_t, np.float64),
+            "last": self._last,
+        }
+
+    def restore(self, tensors: Tensors) -> None:
+        """Set the steps to what `tensors` returned.
+
+        Raises:
+            KeyError: an array is missing.
+            ValueError: they are not of one length, or more than a transition spans.
+        """
+        self._steps.clear()
+        if not tensors:
+            return
+        if len(tensors["r_t"]) > self._n:
+            raise ValueError(f"n_step holds {len(tensors['r_t'])} steps, must be {self._n} or less")
+        parts = tensors["o_tm1"].copy(), tensors["a_tm1"].tolist(), tensors["r_t"].tolist()
+        self._steps.extend(zip(*parts, strict=True))
+        self._last = tensors["last"].copy()
+
     def _drain(self, *, terminated: bool, a_t: int = 0) -> list[Transition]:
         return [self._pop_oldest(terminated=terminated, a_t=a_t) for _ in range(len(self._steps))]
 
@@ -83,3 +117,24 @@ class NStep:
         discount = 0.0 if terminated else self._gamma ** len(self._steps)
         o_tm1, a_tm1, _ = self._steps.popleft()
         return Transition(o_tm1, a_tm1, total, discount, terminated, a_t, self._last)
+
+
+def tensors_of(windows: Sequence[NStep]) -> Tensors:
+    """The unfinished steps of N environments; names begin with the number of the environment."""
+    return {
+        f"{index}.{name}": array
+        for index, window in enumerate(windows)
+        for name, array in window.tensors().items()
+    }
+
+
+def restore(windows: Sequence[NStep], tensors: Tensors) -> None:
+    """Set the unfinished steps of N environments to what `tensors_of` returned.
+
+    Raises:
+        KeyError: an array is missing.
+        ValueError: something does not fit.
+    """
+    for index, window in enumerate(windows):
+        names = (name for name in tensors if name.partition(".")[0] == str(index))
+        window.restore({name.partition(".")[2]: tensors[name] for name in names})

@@ -36,7 +36,8 @@ class UpdateRow(Struct, frozen=True, kw_only=True, rename=_STORED):
 
     def to_json(self) -> dict[str, Any]:
         """As a JSON object, the metrics beside the counts."""
-        return {"update": self.update, "observations": self.env_steps, **self.metrics}
+        counts = {"update": self.update, "observations": self.env_steps}
+        return {**counts, **self.metrics, **counts}  # no metric replaces a count
 
 
 class ValidationRow(Struct, frozen=True, kw_only=True, rename=_STORED):

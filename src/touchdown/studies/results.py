@@ -12,7 +12,7 @@ import polars as pl
 from touchdown.core import records
 from touchdown.core.errors import UserError
 from touchdown.core.types import FloatArray
-from touchdown.envs.outcome import threshold_of
+from touchdown.envs.custom import threshold_of
 from touchdown.evaluation.evaluation import Evaluation, read_evaluations
 from touchdown.policies import weights as policy_weights
 from touchdown.runs.folder import RunFolder
@@ -181,7 +181,8 @@ def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
     means = [row.mean_return for row in validations]
     ends = np.array([row.env_steps for row in episodes], float)
     timed_out = [row.outcome == "timed out" for row in episodes]
-    threshold = threshold_of(chosen.env_id if chosen else folder.config().env_id)
+    # as recorded: the module of a user's environment may not be importable any more
+    threshold = chosen.summary.threshold if chosen else threshold_of(folder.config().env_id)
     solved = math.inf if threshold is None else curves.first_reaching(at, means, threshold)
     until = float(ends[-1])
     seconds = [row.seconds for row in episodes]

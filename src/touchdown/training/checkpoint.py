@@ -2,15 +2,16 @@
 
 import hashlib
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 from safetensors.numpy import save
 
 from touchdown.agents.agent import Agent
+from touchdown.config.checks import is_plain_name
 from touchdown.core import files, records
 from touchdown.core.errors import UserError, one_line
 from touchdown.core.seeding import Streams
@@ -24,6 +25,8 @@ from touchdown.training.state import (
     Solved,
 )
 
+_OWN_GROUPS = ("finalists", "underway")  # beside those of the agent
+
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
@@ -31,7 +34,7 @@ class Candidate:
 
     env_steps: int
     validation_return: float
-    params: NDArray[np.float32]
+    weights: Tensors
 
 
 @dataclass(slots=True)
@@ -39,6 +42,7 @@ class Progress:
     """How far a run has come, apart from what its agent has learned."""
 
     episodes: int = 0
+    env_steps: int = 0
     next_validation: int = 0
     seconds: float = 0.0
     trained: bool = False
@@ -65,10 +69,12 @@ def save_checkpoint(
 
     Raises:
         OSError: it cannot be written; the checkpoint before stays.
+        TypeError: the agent's state has a name or a value that a checkpoint cannot hold.
     """
+    of_agent, facts = _parts(agent.state())
     tensors = {
-        **agent.tensors(),
-        "finalists": {str(each.env_steps): each.params for each in progress.candidates},
+        **of_agent,
+        "finalists": _candidate_tensors(progress.candidates),
         "underway": _underway_tensors(episodes),
     }
     newest = newest_checkpoint(folder)
@@ -83,7 +89,8 @@ def save_checkpoint(
         state = CheckpointState(
             config_digest=digest,
             episodes=progress.episodes,
-            agent=agent.facts(),
+            env_steps=progress.env_steps,
+            agent=facts,
             next_validation=progress.next_validation,
             seconds=progress.seconds,
             trained=progress.trained,
@@ -130,11 +137,12 @@ def restore_checkpoint(path: Path, digest: str, agent: Agent, streams: Streams) 
         for name, sha256 in state.sha256.items()
     }
     try:
-        agent.restore(groups, state.agent)
+        agent.restore({**state.agent, **groups})
         for name, generator in streams._asdict().items():
             state.streams[name].restore(generator)
         return Progress(
             episodes=state.episodes,
+            env_steps=state.env_steps,
             next_validation=state.next_validation,
             seconds=state.seconds,
             trained=state.trained,
@@ -146,6 +154,31 @@ def restore_checkpoint(path: Path, digest: str, agent: Agent, streams: Streams) 
         )
     except (KeyError, TypeError, ValueError) as error:
         raise UserError(f"{path}: not a checkpoint of this run: {one_line(error)}") from None
+
+
+def _parts(state: Mapping[str, Any]) -> tuple[dict[str, Tensors], dict[str, Any]]:
+    """An agent's state as groups of arrays and plain values."""
+    groups: dict[str, Tensors] = {}
+    facts: dict[str, Any] = {}
+    for name, value in state.items():
+        if name in _OWN_GROUPS or not is_plain_name(name):
+            raise TypeError(f"agent.state(): {name!r} cannot be the name of a part of it")
+        if isinstance(value, dict):
+            # safetensors writes an array's memory as it lies
+            groups[name] = {
+                each: np.asarray(array, order="C") for each, array in cast(Tensors, value).items()
+            }
+        else:
+            facts[name] = value
+    return groups, facts
+
+
+def _candidate_tensors(candidates: Sequence[Candidate]) -> Tensors:
+    return {
+        f"{each.env_steps}/{name}": array
+        for each in candidates
+        for name, array in each.weights.items()
+    }
 
 
 def _underway_tensors(episodes: Sequence[Episode]) -> Tensors:
@@ -166,10 +199,14 @@ def _underway_from(numbers: Sequence[int], tensors: Tensors) -> list[Episode]:
 
 
 def _candidates_from(states: Sequence[CandidateState], tensors: Tensors) -> list[Candidate]:
-    if len(tensors) != len(states):
-        raise ValueError(f"{len(states)} finalists, their file has {len(tensors)}")
+    weights: dict[str, Tensors] = {}
+    for name, array in tensors.items():
+        env_steps, _, of_weights = name.partition("/")
+        weights.setdefault(env_steps, {})[of_weights] = array
+    if len(weights) != len(states):
+        raise ValueError(f"{len(states)} finalists, their file has {len(weights)}")
     return [
-        Candidate(each.env_steps, each.validation_return, tensors[str(each.env_steps)])
+        Candidate(each.env_steps, each.validation_return, weights[str(each.env_steps)])
         for each in states
     ]
 

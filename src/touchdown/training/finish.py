@@ -8,7 +8,7 @@ import msgspec
 
 from touchdown.core import records
 from touchdown.core.starts import TEST_STARTS
-from touchdown.envs import environment, outcome, recorder
+from touchdown.envs import custom, environment, recorder
 from touchdown.envs import flight as flights
 from touchdown.envs.flight import Flight
 from touchdown.evaluation import evaluation as evaluations
@@ -145,7 +145,11 @@ def _is_drawable(env_id: str) -> bool:
         return True  # by us, from the positions of its bodies
     env, _ = environment.make_env(env_id)
     env.close()
-    return "rgb_array" in (env.metadata.get("render_modes") or ())
+    if "rgb_array" not in (env.metadata.get("render_modes") or ()):
+        return False
+    env, _ = environment.make_env(env_id, render_mode="rgb_array")
+    env.close()
+    return env.render_mode == "rgb_array"  # a user's function may take no mode
 
 
 def save_curve(run: Run, title: str) -> None:
@@ -166,5 +170,5 @@ def save_curve(run: Run, title: str) -> None:
         msgspec.to_builtins(records.decode_jsonl(run.folder.validations, ValidationRow)),
         policy_weights.facts_of(run.folder.best).env_steps,
         title,
-        threshold=outcome.threshold_of(run.config.env_id),
+        threshold=custom.threshold_of(run.config.env_id),
     )

@@ -1,6 +1,7 @@
 """What training writes down as it goes: a line per episode, per few updates and per validation."""
 
 from collections import deque
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -89,18 +90,19 @@ class History:
         self._recorder.write(self._folder.episodes, row, scalars)
 
     def update(
-        self, metrics: dict[str, float], *, updates: int, env_steps: int, learning_rate: float
+        self, metrics: Mapping[str, float], *, updates: int, env_steps: int, learning_rate: float
     ) -> None:
         """Record an update.
 
         Raises:
             UserError: a metric is not finite: training diverged.
         """
-        self.last_loss = metrics["loss"]
+        metrics = {name: float(value) for name, value in metrics.items()}
+        self.last_loss = metrics.get("loss")
         if not all(np.isfinite(value) for value in metrics.values()):
+            said = ", ".join(f"{name} {value:g}" for name, value in metrics.items())
             raise UserError(
-                f"learning_rate = {learning_rate}: training diverged at "
-                f"update {updates} (loss {metrics['loss']}, mean Q {metrics['mean_q']}); "
+                f"learning_rate = {learning_rate}: training diverged at update {updates} ({said}); "
                 "a lower learning_rate, a max_grad_norm or a smaller reward_scale would help"
             )
         row = UpdateRow(update=updates, env_steps=env_steps, metrics=metrics)

@@ -1,6 +1,6 @@
 """The loop of agent and environments, as a generator of steps."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -18,10 +18,10 @@ class AgentStep(NamedTuple):
     """[N]"""
     result: StepResult
     epsilon: float
-    """Probability of a random action when the actions were chosen."""
+    """Probability of a random action when the actions were chosen; 0 of an agent without one."""
     ended: list[Episode]
     """Episodes that ended in this step, in the order of their environments."""
-    metrics: dict[str, float] | None
+    metrics: Mapping[str, float] | None
     """Of an update, now and then."""
 
 
@@ -55,7 +55,7 @@ def interact(
     numbers = underway.numbers
     every_env = np.arange(len(numbers))
     while True:
-        epsilon = agent.epsilon
+        epsilon = float(getattr(agent, "epsilon", 0.0))
         # copies: the agent may keep what it is given, and the arrays are written over each step
         observations = underway.observations.copy()
         actions = agent.act(observations)
@@ -67,6 +67,4 @@ def interact(
             number = int(numbers.max()) + 1
             underway.begin(index, number, pool.reset(index, start_of(number)))
         metrics = agent.observe(observations, actions, result, underway.observations.copy())
-        for index in over:
-            agent.begin_episode(int(numbers[index]) - len(numbers) + 1)
         yield AgentStep(actions, result, epsilon, ended, metrics)

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 
-from touchdown.agents.agent import Agent
 from touchdown.core.errors import UserError
 from touchdown.envs.episodes import Episode, Underway
 from touchdown.envs.pool import EnvPool
@@ -13,7 +12,6 @@ from touchdown.envs.pool import EnvPool
 
 def replay_episodes(
     saved: Sequence[Episode],
-    agent: Agent,
     pool: EnvPool,
     start_of: Callable[[int], int],
     where: Path,
@@ -22,7 +20,6 @@ def replay_episodes(
 
     Args:
         saved: the episode in each environment, as the checkpoint has it.
-        agent: recalls the steps.
         pool: the environments.
         start_of: the environment seed of an episode, by its number.
         where: the checkpoints lie, named in errors.
@@ -32,25 +29,21 @@ def replay_episodes(
     """
     return Underway(
         [
-            _replayed(index, episode, agent, pool, start_of(episode.number), where)
+            _replayed(index, episode, pool, start_of(episode.number), where)
             for index, episode in enumerate(saved)
         ]
     )
 
 
-def _replayed(
-    index: int, saved: Episode, agent: Agent, pool: EnvPool, seed: int, where: Path
-) -> Episode:
+def _replayed(index: int, saved: Episode, pool: EnvPool, seed: int, where: Path) -> Episode:
     episode = Episode(saved.number, pool.reset(index, seed))
     for action in saved.actions:
         result = pool.step(np.array([index]), np.array([action]))
         if result.ended[0]:
             break
-        before, episode.observation = episode.observation, result.observations[0]
-        reward = float(result.rewards[0])
-        agent.recall(index, before, action, reward, episode.observation)
+        episode.observation = result.observations[0]
         episode.actions.append(action)
-        episode.episode_return += reward
+        episode.episode_return += float(result.rewards[0])
     same = np.asarray(episode.observation, np.float32).tobytes() == saved.observation.tobytes()
     if saved.actions and not same:
         raise UserError(

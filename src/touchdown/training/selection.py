@@ -8,8 +8,8 @@ from touchdown.agents.agent import Agent
 from touchdown.config.config import Config
 from touchdown.core.errors import Interrupted, UserError
 from touchdown.core.starts import VALIDATION_STARTS
-from touchdown.core.types import FloatArray
-from touchdown.envs.outcome import threshold_of
+from touchdown.core.types import Tensors
+from touchdown.envs.custom import threshold_of
 from touchdown.evaluation.evaluator import EpisodeResult, Evaluator
 from touchdown.policies.facts import WeightsFacts
 from touchdown.policies.weights import save_weights
@@ -78,15 +78,15 @@ class Selection:
             seconds: of training so far, asked when the environment turns out to be solved.
         """
         training, progress = self._config.training, self._progress
-        env_steps = self._agent.env_steps
+        env_steps = progress.env_steps
         period = training.validation_period
         progress.next_validation = (env_steps // period + 1) * period
-        params = self._agent.params()
-        results = self._rollout(params, VALIDATION_STARTS[: training.validation_episodes])
+        weights = self._agent.weights()
+        results = self._rollout(weights, VALIDATION_STARTS[: training.validation_episodes])
         mean = _mean_return(results)
         self._history.validation(results, mean, episode=progress.episodes, env_steps=env_steps)
         best_so_far = max((c.validation_return for c in progress.candidates), default=-np.inf)
-        candidate = Candidate(env_steps, mean, params)
+        candidate = Candidate(env_steps, mean, weights)
         candidates = [*progress.candidates, candidate]
         # the earlier of two equals first: sorting is stable
         candidates.sort(key=lambda each: -each.validation_return)
@@ -101,7 +101,7 @@ class Selection:
     ) -> None:
         """End training if fresh starts leave no doubt that the test will reach the threshold."""
         training, progress = self._config.training, self._progress
-        results = self._rollout(candidate.params, self._final_starts())
+        results = self._rollout(candidate.weights, self._final_starts())
         returns = [result.episode_return for result in results]
         mean = _mean_return(results)
         # both means are estimates: this one, and the one that the test will give
@@ -139,18 +139,18 @@ class Selection:
         )
         means: list[float] = []
         for candidate in progress.candidates:
-            means.append(_mean_return(self._rollout(candidate.params, starts, on_episode)))
+            means.append(_mean_return(self._rollout(candidate.weights, starts, on_episode)))
             if should_stop():
                 raise Interrupted
         self._write_result(progress.candidates[int(np.argmax(means))], max(means))
 
     def _rollout(
         self,
-        params: FloatArray,
+        weights: Tensors,
         starts: range,
         on_episode: Callable[[], object] = lambda: None,
     ) -> list[EpisodeResult]:
-        return self._evaluator.rollout(self._agent.model.policy(params), starts, on_episode)
+        return self._evaluator.rollout(self._agent.policy(weights), starts, on_episode)
 
     def _final_starts(self) -> range:
         """Validation starts that no candidate has been judged by yet."""
@@ -175,7 +175,8 @@ class Selection:
             final_validation_return=final_validation_return,
             solved_seconds=solved_seconds,
         )
-        save_weights(self._folder.best, self._agent.model, candidate.params, facts, self._config)
+        policy = self._agent.policy(candidate.weights)
+        save_weights(self._folder.best, candidate.weights, policy, facts, self._config)
 
 
 def _mean_return(results: list[EpisodeResult]) -> float:

@@ -6,10 +6,9 @@ import msgspec
 from msgspec import Struct
 from numpy.random import Generator
 
-from touchdown.core import records
-from touchdown.core.records import Count, Seconds, Share
+from touchdown.core.records import Count, Seconds
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 _STORED = {"env_steps": "observations", "candidates": "finalists"}  # names in the file
 _RECORDS = ("episodes.jsonl", "updates.jsonl", "validations.jsonl")
 
@@ -69,25 +68,17 @@ class GeneratorState(Struct, frozen=True):
         generator.bit_generator.state = msgspec.to_builtins(self)
 
 
-class _AgentFacts(Struct, frozen=True, kw_only=True, rename=_STORED):
-    """What every agent keeps, and what some do; others may keep more."""
-
-    env_steps: Count
-    updates: Count
-    epsilon: Share
-    memory_added: Count = 0
-    filled: Count = 0
-
-
 class CheckpointState(Struct, frozen=True, kw_only=True, rename=_STORED):
     """`state.json`."""
 
-    format_version: Literal[2] = FORMAT_VERSION
+    format_version: Literal[3] = FORMAT_VERSION
     config_digest: str
     episodes: Count
     """Training episodes that have ended."""
+    env_steps: Count
+    """Environment steps of all environments."""
     agent: dict[str, Any]
-    """The agent's facts."""
+    """The part of the agent's state that is not arrays."""
     next_validation: Count
     """Environment steps at which the agent is validated next."""
     seconds: Seconds
@@ -106,7 +97,6 @@ class CheckpointState(Struct, frozen=True, kw_only=True, rename=_STORED):
     """Of each file beside this one, by its name without the suffix."""
 
     def __post_init__(self) -> None:
-        records.check(self.agent, _AgentFacts, "agent")
         for name in _RECORDS:
             if name not in self.record_sizes:
                 raise ValueError(f"record_sizes: {name}: missing")

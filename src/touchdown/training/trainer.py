@@ -1,7 +1,7 @@
 """Training one run from its config, or resuming it, until its best weights are chosen."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 
 import numpy as np
@@ -109,7 +109,7 @@ class Trainer:
     @property
     def last_policy(self) -> Policy:
         """The greedy policy of the weights that training ended with, chosen or not."""
-        return self._agent.model.policy(self._agent.params())
+        return self._agent.policy(self._agent.weights())
 
     def close(self) -> None:
         """Close files and environments, and release the run's lock."""
@@ -135,18 +135,19 @@ class Trainer:
         pace = Pace(
             self._budget,
             episodes=progress.episodes,
-            env_steps=self._agent.env_steps,
+            env_steps=progress.env_steps,
             seconds=progress.seconds,
             began=self._began,
         )
         last_saved = time.monotonic()
         self._underway = underway = self._first_episodes()
         for agent_step in interact(self._agent, self._pool, self._start_of, underway):
+            progress.env_steps += len(agent_step.actions)
             if agent_step.metrics is not None:
                 self._record_update(agent_step.metrics)
             self._record_episodes(agent_step, pace)
             if agent_step.ended:
-                env_steps = self._agent.env_steps
+                env_steps = progress.env_steps
                 progress.trained = self._budget.done(progress.episodes, env_steps) >= 1
                 if env_steps >= progress.next_validation or progress.trained:
                     self._selection.validate(pace.seconds)
@@ -163,18 +164,18 @@ class Trainer:
             if progress.trained:
                 return
 
-    def _record_update(self, metrics: dict[str, float]) -> None:
+    def _record_update(self, metrics: Mapping[str, float]) -> None:
         self._history.update(
             metrics,
-            updates=self._agent.updates,
-            env_steps=self._agent.env_steps,
+            updates=int(getattr(self._agent, "updates", 0)),
+            env_steps=self._progress.env_steps,
             learning_rate=self._config.learning.learning_rate,
         )
 
     def _record_episodes(self, agent_step: AgentStep, pace: Pace) -> None:
         """Record the episodes that ended in a step, and report where training stands."""
         progress, history = self._progress, self._history
-        env_steps = self._agent.env_steps
+        env_steps = progress.env_steps
         for episode, outcome in zip(agent_step.ended, self._outcomes(agent_step), strict=True):
             progress.seconds = pace.seconds()
             progress.episodes += 1
@@ -221,10 +222,9 @@ class Trainer:
         """The first episode of each environment, or those under way at the last checkpoint."""
         saved: list[Episode] = self._progress.underway
         if not saved:
-            self._agent.begin_episode(0)
             return begin(self._pool, self._start_of, self._config.training.num_envs)
         where = self._folder.checkpoints
-        return replay_episodes(saved, self._agent, self._pool, self._start_of, where)
+        return replay_episodes(saved, self._pool, self._start_of, where)
 
     def _save(self) -> None:
         self._progress.record_sizes = self._recorder.sizes()

@@ -238,7 +238,7 @@ def test_an_agent_learns_the_same_on_either_backend(chain, config):
         for _ in islice(fly(agent, *(chain(20) for _ in range(4))), 64):
             pass
         assert agent.updates > 10
-        return agent.params()
+        return np.array(agent.learner.state.online_params)
 
     assert_allclose(learned("fused"), learned("jax"), rtol=1e-3, atol=1e-4)
 

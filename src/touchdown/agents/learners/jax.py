@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from touchdown.agents.batch import Params
 from touchdown.agents.learners.learner import FitResult, UpdateResult
+from touchdown.agents.learners.losses import LossFunction
 from touchdown.agents.learners.noise import ACTING, NEXT_VALUES, UPDATES, NoiseSource
 from touchdown.agents.learners.state import (
     LearnerState,
@@ -31,10 +32,15 @@ class JaxLearner(StateOwner):
     Args:
         network: to learn; `model` afterwards.
         config: all settings.
+        losses: of a minibatch; None takes those of the config, which depend on the network's
+            outputs. The rewards that it is given are scaled by `reward_scale`.
     """
 
-    def __init__(self, network: QNetwork, config: Config) -> None:
+    def __init__(
+        self, network: QNetwork, config: Config, losses: LossFunction | None = None
+    ) -> None:
         self.model = network
+        self._losses = losses
         super().__init__(init_state(network, config.learning, config.seed))
         self._config = config
 
@@ -88,7 +94,7 @@ class JaxLearner(StateOwner):
     @cached_property
     def _update(self) -> Any:
         """All updates of a step and the values of the next observations, compiled into one call."""
-        update = make_update(self.model, self._config.learning)
+        update = make_update(self.model, self._config.learning, self._losses)
 
         def update_and_next_values(
             state: LearnerState,

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from touchdown.agents.agent import Model
 from touchdown.agents.learners.state import LearnerState, Metrics
+from touchdown.agents.model import Model
 from touchdown.agents.rollout import Rollout
 from touchdown.core.types import FloatArray, Tensors
 

@@ -10,7 +10,7 @@ from jaxtyping import Float, Int, PRNGKeyArray
 
 from touchdown.agents import td
 from touchdown.agents.batch import Params, TransitionBatch, unpack_transitions
-from touchdown.agents.learners.losses import losses_of, make_losses
+from touchdown.agents.learners.losses import LossFunction, losses_of, make_losses
 from touchdown.agents.learners.noise import UpdateKeys, update_keys
 from touchdown.agents.learners.optimizer import make_optimizer
 from touchdown.agents.learners.state import LearnerState, Metrics, soft_update
@@ -60,14 +60,21 @@ Fit = Callable[
 """A new learner state from observations, actions and the targets of their values."""
 
 
-def make_update(network: QNetwork, config: LearningConfig) -> Update:
+def make_update(
+    network: QNetwork, config: LearningConfig, losses: LossFunction | None = None
+) -> Update:
     """A pure update by one minibatch, for the caller to compile.
 
     Its argument `measured` must be static: computing metrics that nobody records would take a
     twentieth of the update's time.
+
+    Args:
+        network: to update.
+        config: of the update.
+        losses: of a minibatch; None takes the config's.
     """
     optimizer = make_optimizer(config)
-    losses_and_q = make_losses(network, config)
+    losses_and_q = losses or make_losses(network, config)
 
     def loss_and_q(
         online: Params,

@@ -180,11 +180,5 @@ def read_onnx(path: Path, env_id: str) -> tuple[OnnxPolicy, str]:
     files.read_bytes(path, _MOST_BYTES)  # it exists, and is not too large to load
     model = OnnxModel(path, str(path))
     named = model.metadata.get("env_id", env_id)
-    if ":" in named and named != env_id:
-        # Gymnasium imports the module before the colon, which a file must not decide
-        raise UserError(
-            f"{path}: its env_id {named!r} would import a module; "
-            f"if you trust it, name it: --env-id {named}"
-        )
     spaces = environment.spaces_of(named)
     return OnnxPolicy(model, spaces, str(path)), named

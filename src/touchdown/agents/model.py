@@ -1,0 +1,38 @@
+"""What an agent of ours learns, as a function of flat parameters: a network or a table."""
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+import numpy as np
+
+from touchdown.core.types import FloatArray, Policy, Tensors
+
+
+class Model(Protocol):
+    """A function of flat parameters [P]."""
+
+    def layers(self, params: FloatArray) -> Mapping[str, Any]:
+        """The parameters by name, each in its own shape."""
+        ...
+
+    def params_of(self, layers: Tensors) -> FloatArray:
+        """Flat parameters from named ones, the inverse of `layers`.
+
+        Raises:
+            ValueError: the names, shapes or types are not those of this model.
+        """
+        ...
+
+    def policy(self, params: FloatArray) -> Policy:
+        """The greedy policy of these parameters."""
+        ...
+
+
+def weights_of(model: Model, params: Any) -> Tensors:
+    """A model's parameters by name: copies, as later updates change them.
+
+    Args:
+        model: the network or table.
+        params: flat, [P], of NumPy or JAX.
+    """
+    return {name: np.array(value) for name, value in model.layers(params).items()}

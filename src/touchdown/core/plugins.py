@@ -1,0 +1,133 @@
+"""Code that a user brings, by name: `module:Name`, imported only where the user named it.
+
+A name may come from a file, such as a stranger's run or weights. To import it would run that
+stranger's code. So a name is only imported if the user wrote it, in a call or on the command line,
+or said that files are to be trusted.
+"""
+
+import contextlib
+import importlib
+import os
+import re
+import sys
+from collections.abc import Generator
+from contextvars import ContextVar
+from functools import reduce
+from itertools import count
+from typing import Any
+
+from touchdown.core.errors import UserError, one_line
+
+_NAME = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^:]+")
+_named: set[str] = set()
+_given: dict[str, Any] = {}
+_trusting: ContextVar[bool] = ContextVar("trusting", default=False)
+
+
+def is_plugin(name: str) -> bool:
+    """Whether a name is of the form `module:Name`, well-formed or not."""
+    return ":" in name
+
+
+def allow(*names: str) -> None:
+    """Let names be imported from now on: the user wrote them in a call or on the command line."""
+    _named.update(filter(is_plugin, names))
+
+
+def give(value: Any, name: str = "") -> str:
+    """A name for a class or function that the user handed over, by which it is found from now on.
+
+    Args:
+        value: the class or function.
+        name: its name; "" takes `module:Name`, from where it was defined. A function within a
+            function, or without a name, gets a number, because another may have the same name.
+    """
+    if not name:
+        name = f"{value.__module__}:{value.__qualname__}"
+        if "<" in name:
+            same = (f"{name}{number}" for number in count(1))
+            name = next(each for each in same if _given.get(each, value) is value)
+    _given[name] = value
+    allow(name)
+    return name
+
+
+@contextlib.contextmanager
+def trusting(*, everything: bool) -> Generator[None]:
+    """Inside, every name may be imported if `everything` is True."""
+    token = _trusting.set(everything or _trusting.get())
+    try:
+        yield
+    finally:
+        _trusting.reset(token)
+
+
+def check_allowed(name: str, where: str) -> None:
+    """Refuse a name that only a file names.
+
+    Args:
+        name: `module:Name`.
+        where: the field that has it, such as `env_id`; it is also a flag.
+
+    Raises:
+        UserError: the user did not name it, and said nothing of trust.
+    """
+    if name not in _named and not _trusting.get():
+        flag = f"--{where.replace('_', '-')} {name}"
+        raise UserError(
+            f"{where} = {name!r}: names code that would be imported; if you trust it, name it "
+            f"yourself with {flag}, or add --trust (in Python: trust=True)"
+        )
+
+
+def module_of(name: str, where: str) -> Any:
+    """Import the module of `module:Name`; the current folder is searched last.
+
+    Args:
+        name: `module:Name`.
+        where: the field that has it, for errors.
+
+    Raises:
+        UserError: it is not allowed, or cannot be imported.
+    """
+    if not _NAME.fullmatch(name):
+        raise UserError(f"{where} = {name!r}: must be of the form package.module:Name")
+    check_allowed(name, where)
+    module = name.partition(":")[0]
+    here = os.getcwd()  # noqa: PTH109 - as Python has it in sys.path
+    if here not in sys.path and "" not in sys.path:
+        sys.path.append(here)
+    try:
+        return importlib.import_module(module)
+    except (Exception, SystemExit) as error:  # a user's module may raise anything
+        raise UserError(
+            f"{where} = {name!r}: module {module} cannot be imported: "
+            f"{type(error).__name__}: {one_line(error)}"
+        ) from error
+
+
+def is_given(name: str) -> bool:
+    """Whether the user handed over what has this name."""
+    return name in _given
+
+
+def load(name: str, where: str) -> Any:
+    """What `module:Name` names: what the user handed over, or the module's attribute.
+
+    Args:
+        name: `module:Name`.
+        where: the field that has it, for errors.
+
+    Raises:
+        UserError: it is not allowed, or there is no such module or attribute.
+    """
+    if name in _given:
+        return _given[name]
+    module = module_of(name, where)
+    attribute = name.partition(":")[2]
+    try:
+        return reduce(getattr, attribute.split("."), module)
+    except AttributeError:
+        raise UserError(
+            f"{where} = {name!r}: module {module.__name__} has no {attribute!r}"
+        ) from None

@@ -1,0 +1,138 @@
+"""Environments by name: Gymnasium's registry, and what a user brings."""
+
+import copy
+import inspect
+from collections.abc import Callable
+from typing import Any, cast
+
+import gymnasium
+from gymnasium.envs.registration import registry
+
+from touchdown.core import plugins
+from touchdown.core.errors import UserError, one_line
+
+Env = gymnasium.Env[Any, Any]
+EnvLike = str | Env | Callable[..., Env]
+"""A Gymnasium id, `module:Id`, an environment, or a function or class that makes one."""
+
+
+def make(env_id: str, render_mode: str | None) -> Env:
+    """An environment by its name.
+
+    Args:
+        env_id: Gymnasium's id, `module:Id`, or `module:function`.
+        render_mode: passed to what makes it, if it takes one.
+
+    Raises:
+        UserError: there is no such environment, it cannot be made, or its module is named by a file
+            only.
+    """
+    if plugins.is_plugin(env_id):
+        found = _maker_of(env_id)
+        if not isinstance(found, str):
+            return _made(found, env_id, render_mode)
+        name = found
+    else:
+        name = env_id
+    try:
+        return gymnasium.make(name, render_mode=render_mode, disable_env_checker=True)
+    except (gymnasium.error.Error, ImportError, AttributeError, TypeError, ValueError) as error:
+        raise UserError(f"env_id {env_id!r}: cannot be made: {one_line(error)}") from None
+
+
+def name_of(env: EnvLike, name: str = "") -> str:
+    """The id by which an environment that the user handed over is found from now on.
+
+    Args:
+        env: an id, an environment, or a function or class that makes one. An environment is copied
+            for each place in a pool, or made again from its spec if it cannot be copied.
+        name: the id to give it; "" takes one from where it was defined.
+
+    Raises:
+        UserError: it is something else, or can neither be copied nor made again.
+    """
+    if isinstance(env, str):
+        plugins.allow(env)
+        return env
+    if isinstance(env, gymnasium.Env):
+        return _name_of_object(cast(Env, env), name)
+    if callable(env):
+        return plugins.give(env, name)
+    raise UserError(
+        f"env = {env!r}: must be a Gymnasium id, an environment, or a function that makes one"
+    )
+
+
+def threshold_of(env_id: str) -> float | None:
+    """The return at which an environment counts as solved; None where its spec names none.
+
+    Imports nothing: the module of `module:Id` has been imported if the environment was made.
+    """
+    spec = registry.get(env_id.rpartition(":")[2])
+    if spec is None and env_id in _specs:
+        spec = _specs[env_id]
+    threshold = spec.reward_threshold if spec else None
+    return None if threshold is None else float(threshold)
+
+
+_specs: dict[str, Any] = {}  # of environments that are not in Gymnasium's registry, once made
+
+
+def _maker_of(env_id: str) -> str | Callable[..., Env]:
+    """What makes the environment of `module:Name`: an id in the registry, or a callable."""
+    name = env_id.partition(":")[2]
+    if not plugins.is_given(env_id):
+        plugins.module_of(env_id, "env_id")  # registers its environments
+        if name in registry:
+            return name
+    found = plugins.load(env_id, "env_id")
+    if not callable(found):
+        raise UserError(
+            f"env_id = {env_id!r}: {name} is neither a registered environment nor a function that "
+            "makes one"
+        )
+    return cast(Callable[..., Env], found)
+
+
+def _made(maker: Callable[..., Env], env_id: str, render_mode: str | None) -> Env:
+    takes = _parameters_of(maker)
+    arguments = {"render_mode": render_mode} if render_mode and "render_mode" in takes else {}
+    try:
+        env = maker(**arguments)
+    except Exception as error:  # a user's code may raise anything
+        raise UserError(
+            f"env_id = {env_id!r}: cannot be made: {type(error).__name__}: {one_line(error)}"
+        ) from error
+    if not isinstance(cast(object, env), gymnasium.Env):
+        raise UserError(f"env_id = {env_id!r}: made {env!r}, must be a gymnasium.Env")
+    _specs[env_id] = env.spec
+    return env
+
+
+def _parameters_of(maker: Callable[..., Env]) -> set[str]:
+    try:
+        return set(inspect.signature(maker).parameters)
+    except (TypeError, ValueError):
+        return set()
+
+
+def _name_of_object(env: Env, name: str) -> str:
+    spec = env.spec
+    try:
+        copy.deepcopy(env)
+    except Exception as error:  # a user's code may raise anything
+        if spec is None:
+            raise UserError(
+                f"env = {env!r}: cannot be copied ({one_line(error)}); give a function that makes "
+                "one: env=lambda: ..."
+            ) from error
+        if spec == registry.get(spec.id):
+            return spec.id
+        return plugins.give(lambda: gymnasium.make(spec), name or _object_name(env))
+    return plugins.give(lambda: copy.deepcopy(env), name or _object_name(env))
+
+
+def _object_name(env: Env) -> str:
+    """`module:Class()`: not to be found by import, as another process does not have the object."""
+    kind = type(env.unwrapped)
+    return f"{kind.__module__}:{kind.__qualname__}()"
