@@ -1,6 +1,7 @@
 import dataclasses
 import math
 import re
+import tomllib
 import typing
 from pathlib import Path
 from typing import Any
@@ -151,8 +152,13 @@ def test_digest_ignores_the_label_of_the_preset():
     assert dataclasses.replace(config, preset="mine").digest == config.digest
 
 
-def other_value(kind: Any, value: Any) -> Any:
+_OTHER = {"env_id": "CartPole-v1", "algorithm": "pqn", "options": {"alpha": 0.5}}
+
+
+def other_value(name: str, kind: Any, value: Any) -> Any:
     """A value of the field's kind that is in range and is not the given one."""
+    if name in _OTHER:
+        return _OTHER[name]
     if typing.get_origin(kind) is typing.Literal:
         return next(choice for choice in typing.get_args(kind) if choice != value)
     if kind is bool:
@@ -161,8 +167,6 @@ def other_value(kind: Any, value: Any) -> Any:
         return value + 1
     if kind is float:
         return value + 0.001
-    if kind is str:
-        return "CartPole-v1"
     return [value[0] + 1, *value[1:]] if value else [7]
 
 
@@ -186,14 +190,79 @@ def test_digest_changes_with_every_field_but_the_label(section: str | None, name
         exploration=ExplorationConfig(epsilon_start=0.5),
         learning=learning,
         network=network,
-        algorithm={"table": "tabular", "rollout": "pqn"}.get(section or "", "dqn"),
+        algorithm={"table": "tabular", "rollout": "pqn", "options": "own:Agent"}.get(
+            section or name, "dqn"
+        ),
         table=cut if section == "table" else TableConfig(),
     )
     holder = getattr(config, section) if section else config
     kind = typing.get_type_hints(type(holder))[name]
-    values = {name: other_value(kind, getattr(holder, name))}
+    values = {name: other_value(name, kind, getattr(holder, name))}
     changed = replace_fields(config, {section: values} if section else values, "test")
     assert changed.digest != config.digest
+
+
+@pytest.mark.parametrize(
+    ("name", "digest"),
+    [
+        ("pilot", "8c8d9b1b6ca9"),
+        ("swift", "e9348d809c61"),
+        ("tabular-lander", "82cbfce239e8"),
+        ("c51-dqn", "488247d9ea7f"),
+    ],
+)
+def test_digests_are_those_under_which_runs_have_been_stored(name: str, digest: str):
+    assert PRESETS[name].digest == digest
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class LaterLearning(LearningConfig):
+    """The section with a field that a later version adds."""
+
+    clipped: bool = False
+
+
+def test_a_field_that_is_added_later_changes_no_digest_until_it_is_set():
+    assert Config(learning=LaterLearning(gamma=0.5)).digest == (
+        Config(learning=LearningConfig(gamma=0.5)).digest
+    )
+    assert Config(learning=LaterLearning(clipped=True)).digest != Config().digest
+
+
+def test_the_order_of_options_changes_no_digest():
+    one, other = (
+        Config(algorithm="own:Agent", options=dict(pairs))
+        for pairs in ([("a", 1), ("b", 2)], [("b", 2), ("a", 1)])
+    )
+    assert one.digest == other.digest
+    assert one.digest != dataclasses.replace(one, options={"a": 1}).digest
+
+
+def test_the_fused_backend_refuses_a_field_that_it_does_not_know():
+    Config(learning=LaterLearning(backend="fused"))
+    with pytest.raises(ValueError, match="clipped = True: must be False with backend = 'fused'"):
+        Config(learning=LaterLearning(backend="fused", clipped=True))
+
+
+def test_options_are_for_an_agent_of_ones_own():
+    with pytest.raises(ValueError, match=r"options = {'a': 1}: must be empty"):
+        Config(options={"a": 1})
+    config = Config(algorithm="own:Agent", options={"a": np.float32(0.5), "b": True, "c": "x"})
+    assert config.options == {"a": 0.5, "b": True, "c": "x"}
+    assert config == from_values(tomllib.loads(to_toml(config)), Config(), Path("my.toml"))
+    with pytest.raises(ValueError, match="options"):
+        Config(algorithm="own:Agent", options={"a": math.nan})
+    with pytest.raises(ValueError, match="options"):
+        Config(algorithm="own:Agent", options={"a": [1]})
+
+
+def test_an_agent_of_ones_own_may_use_every_section():
+    Config(
+        algorithm="own:Agent",
+        rollout=RolloutConfig(epochs=9),
+        table=TableConfig(initial_value=1),
+        learning=LearningConfig(target="expected-sarsa"),
+    )
 
 
 def test_digest_is_12_hex_digits():

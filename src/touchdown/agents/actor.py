@@ -102,7 +102,8 @@ class Actor:
             TypeError: something has the wrong type.
             ValueError: something does not fit.
         """
-        counts = {name: state[name] for name in ("observations", "episodes", "updates", "epsilon")}
+        names = ("observations", "episodes", "updates", "epsilon")
+        counts = {name: state[name] for name in names if name in state}
         records.check(counts, _Counts, "agent")
         next_q = state["acting"].get("next_q")
         self.next_q = None if next_q is None else next_q.copy()

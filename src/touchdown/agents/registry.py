@@ -14,7 +14,7 @@ from touchdown.agents.tabular import TabularAgent
 from touchdown.config.config import Config
 from touchdown.core import plugins
 from touchdown.core.errors import UserError, one_line
-from touchdown.core.seeding import Streams
+from touchdown.core.seeding import Streams, streams
 from touchdown.core.types import Spaces
 
 _MEMBERS = ("act", "observe", "weights", "policy", "state", "restore")
@@ -25,16 +25,16 @@ def check_fits(config: Config, spaces: Spaces) -> None:
 
     Raises:
         UserError: a table's bins do not fit the environment, value iteration has no model, or an
-            agent of the user's is not to be had or does not take the config's options.
+            agent of the user's cannot be made with the config's options.
     """
     if config.algorithm in ("tabular", "value-iteration"):
         plan_of(config, spaces)
         states_of(config.table, spaces)
     elif plugins.is_plugin(config.algorithm):
-        _class_of(config)
+        make_agent(config, spaces, streams(config.seed))
 
 
-def make_agent(config: Config, spaces: Spaces, streams: Streams) -> Agent:
+def make_agent(config: Config, spaces: Spaces, generators: Streams) -> Agent:
     """A fresh agent for an environment.
 
     Raises:
@@ -43,19 +43,19 @@ def make_agent(config: Config, spaces: Spaces, streams: Streams) -> Agent:
     """
     match config.algorithm:
         case "dqn":
-            return DQNAgent(config, spaces, streams, make_learner(config, spaces))
+            return DQNAgent(config, spaces, generators, make_learner(config, spaces))
         case "pqn":
-            return PQNAgent(config, spaces, streams, make_learner(config, spaces))
+            return PQNAgent(config, spaces, generators, make_learner(config, spaces))
         case "tabular" | "value-iteration":
-            return TabularAgent(config, spaces, streams)
+            return TabularAgent(config, spaces, generators)
         case _:
-            return _custom_agent(config, spaces, streams)
+            return _custom_agent(config, spaces, generators)
 
 
-def _custom_agent(config: Config, spaces: Spaces, streams: Streams) -> Agent:
+def _custom_agent(config: Config, spaces: Spaces, generators: Streams) -> Agent:
     made = _class_of(config)
     try:
-        return made(config, spaces, streams, **config.options)
+        return made(config, spaces, generators, **config.options)
     except UserError:
         raise
     except ValueError as error:  # a value that it does not take

@@ -2,7 +2,7 @@
 
 import dataclasses
 import hashlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import tomli_w
 
@@ -70,7 +70,8 @@ def _hashed(section: Any, name: str) -> dict[str, Any]:
             if nested or each in _ALWAYS:
                 values[each] = nested
         elif value != _default_of(fields[each]):
-            values[each] = value
+            is_table = isinstance(value, dict)
+            values[each] = dict(sorted(cast(dict[str, Any], value).items())) if is_table else value
     return _in_order(values, always, former)
 
 

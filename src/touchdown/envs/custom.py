@@ -3,6 +3,7 @@
 import copy
 import inspect
 from collections.abc import Callable
+from itertools import count
 from typing import Any, cast
 
 import gymnasium
@@ -75,6 +76,7 @@ def threshold_of(env_id: str) -> float | None:
     return None if threshold is None else float(threshold)
 
 
+_objects: dict[str, Env] = {}  # that the user handed over, by name
 _specs: dict[str, Any] = {}  # of environments that are not in Gymnasium's registry, once made
 
 
@@ -118,21 +120,54 @@ def _parameters_of(maker: Callable[..., Env]) -> set[str]:
 
 def _name_of_object(env: Env, name: str) -> str:
     spec = env.spec
+    if spec is not None and _is_stock(env):
+        return spec.id
     try:
-        copy.deepcopy(env)
+        lost = _lost_in(copy.deepcopy(env), env)
     except Exception as error:  # a user's code may raise anything
         if spec is None:
             raise UserError(
                 f"env = {env!r}: cannot be copied ({one_line(error)}); give a function that makes "
                 "one: env=lambda: ..."
             ) from error
-        if spec == registry.get(spec.id):
-            return spec.id
         return plugins.give(lambda: gymnasium.make(spec), name or _object_name(env))
+    if lost:
+        raise UserError(
+            f"env = {env!r}: a copy of it loses what was set after it was made ({lost}); give a "
+            "function that makes one: env=lambda: ..."
+        )
     return plugins.give(lambda: copy.deepcopy(env), name or _object_name(env))
+
+
+def _is_stock(env: Env) -> bool:
+    """Whether an environment is just as `gymnasium.make` makes it, without arguments."""
+    spec = env.spec
+    if spec is None or spec != registry.get(spec.id):
+        return False
+    fresh = gymnasium.make(spec.id)
+    fresh.close()
+    return not _lost_in(fresh, env)
+
+
+def _lost_in(other: Env, env: Env) -> str:
+    """Plain attributes of an environment that another, supposed to be equal, has differently.
+
+    Many environments are copied by a call of their constructor, which knows nothing of attributes
+    that were set later.
+    """
+    mine, theirs = vars(env.unwrapped), vars(other.unwrapped)
+    return ", ".join(
+        f"{name} = {value!r}"
+        for name, value in mine.items()
+        if isinstance(value, bool | int | float | str) and value != theirs.get(name)
+    )
 
 
 def _object_name(env: Env) -> str:
     """`module:Class()`: not to be found by import, as another process does not have the object."""
     kind = type(env.unwrapped)
-    return f"{kind.__module__}:{kind.__qualname__}()"
+    name = f"{kind.__module__}:{kind.__qualname__}()"
+    names = (name if number == 1 else f"{name}{number}" for number in count(1))
+    free = next(each for each in names if _objects.get(each, env) is env)
+    _objects[free] = env
+    return free
