@@ -138,7 +138,7 @@ def test_a_terminal_without_utf_8_still_gets_its_table(tmp_path):
         ("[learning]\ngamma = 2\n", "[learning]: gamma = 2.0: must be from 0 to 1"),
         ("learning = 3\n", "learning = 3: must be a table [learning]"),
         ("[learning\n", "not TOML"),
-        ("format_version = 9\n", "format_version = 9: this touchdown reads 1"),
+        ("format_version = 9\n", "format_version = 9: must be 1 in this version"),
     ],
 )
 def test_a_bad_config_file_is_refused_in_one_line(tmp_path, text, said, capsys):

@@ -55,7 +55,7 @@ def test_a_wrong_value_is_refused_in_one_line_that_names_the_file(tmp_path, text
 def test_another_version_is_refused_before_its_fields_are_read(tmp_path, version):
     path = tmp_path / "a.json"
     path.write_text(json.dumps({"format_version": version, "observations": "of another kind"}))
-    with pytest.raises(UserError, match="this touchdown reads 1"):
+    with pytest.raises(UserError, match="must be 1 in this version"):
         records.decode_json(path, Row, 1)
 
 

@@ -17,7 +17,7 @@ def test_a_folder_of_another_version_is_refused_and_left_as_it_is(tmp_path):
     open_store(tmp_path, make=True)
     mark = tmp_path / "studies.json"
     mark.write_text(json.dumps({"format_version": 9}))
-    with pytest.raises(UserError, match="format_version = 9: this touchdown reads 1"):
+    with pytest.raises(UserError, match="format_version = 9: must be 1 in this version"):
         open_store(tmp_path, make=True)
     assert json.loads(mark.read_text()) == {"format_version": 9}
 

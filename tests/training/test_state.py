@@ -83,7 +83,7 @@ def test_one_wrong_value_in_the_state_is_reported_in_one_line(saved):
         ({"streams": {}}, "not a checkpoint of this run: 'exploration'"),
         ({"agent": {"observations": 1, "updates": 1}}, r"agent\.epsilon: missing"),
         ({"config_digest": "another"}, "belongs to config 'another'"),
-        ({"format_version": 1}, "format_version = 1: this touchdown reads 2"),
+        ({"format_version": 1}, "format_version = 1: must be 2 in this version"),
     ],
 )
 def test_a_state_that_contradicts_itself_is_refused(saved, changes, said):

@@ -1,4 +1,4 @@
-"""All settings of a run in one frozen value, with a digest."""
+"""All settings of a run in one frozen value with a digest."""
 
 import dataclasses
 import hashlib
@@ -28,15 +28,15 @@ class Config:
     """Everything that decides what a run does: the same config on one machine repeats the run."""
 
     preset: str = "custom"
-    """Name of the preset that the settings started from (a label; it changes nothing)."""
+    """Name of the preset that the settings are based on (a label without effect)."""
     seed: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
-    """Training seed: weights, exploration, replay and training starts follow from it."""
+    """Training seed: determines initial weights, exploration, replay and training starts."""
     env_id: str = "LunarLander-v3"
-    """Gymnasium id of an environment whose observations are a flat Box or Discrete, and whose
-    actions are Discrete."""
+    """Gymnasium id of an environment with a flat Box or Discrete observation space and a Discrete
+    action space."""
     algorithm: Algorithm = "dqn"
-    """What learns: a network with a memory, one without (PQN), a table, or a plan made from the
-    environment's own model."""
+    """How to learn: with a network and a replay memory (dqn), a network without one (pqn), a table
+    (tabular), or the environment's own model (value-iteration)."""
     network: NetworkConfig = field(default_factory=NetworkConfig)
     replay: ReplayConfig = field(default_factory=ReplayConfig)
     exploration: ExplorationConfig = field(default_factory=ExplorationConfig)
@@ -53,15 +53,15 @@ class Config:
 
     @property
     def digest(self) -> str:
-        """12 hex digits that two configs share only if they are equal, `preset` aside."""
+        """12 hex digits that two configs share only if they are equal, ignoring `preset`."""
         same = dataclasses.replace(self, preset="custom")
         return hashlib.sha256(digest_text(same).encode()).hexdigest()[:12]
 
 
 def from_toml(path: Path) -> Config:
-    """The config in a TOML file; fields that it leaves out have their defaults.
+    """The config in a TOML file; missing fields have their defaults.
 
     Raises:
-        UserError: an unreadable file, an unknown field, a refused value, another format version.
+        UserError: unreadable file, unknown field, invalid value or another format version.
     """
     return from_values(read_toml(path), Config(), path)

@@ -1,4 +1,4 @@
-"""Configs to TOML and back."""
+"""Converts configs to TOML and back."""
 
 import dataclasses
 import tomllib
@@ -18,8 +18,8 @@ FORMAT_VERSION = 1
 _FORMER_NAMES = {
     "training": {"max_env_steps": "max_observations", "candidate_checkpoints": "finalists"}
 }
-"""What fields were called when digests began, by section: files with these names are still read,
-and digests are still taken over them, so that a run keeps the name that it was stored under."""
+"""Original names of renamed fields, by section. Files with these names can still be read, and
+digests are still computed over them, so that a run keeps the name that it was stored under."""
 ConfigLike = TypeVar("ConfigLike", bound="DataclassInstance")
 
 
@@ -29,12 +29,12 @@ def to_dict(config: "DataclassInstance") -> dict[str, Any]:
 
 
 def to_toml(config: "DataclassInstance") -> str:
-    """A config as TOML, every field written out; `from_toml` gives the same config back."""
+    """A config as TOML with every field; `from_toml` gives the same config back."""
     return tomli_w.dumps({"format_version": FORMAT_VERSION, **to_dict(config)})
 
 
 def digest_text(config: "DataclassInstance") -> str:
-    """A config as the TOML that its digest is taken over: fields have their former names."""
+    """A config as the TOML that its digest is computed over: fields have their former names."""
     values = to_dict(config)
     for section, names in _FORMER_NAMES.items():
         values[section] = {names.get(name, name): of for name, of in values[section].items()}
@@ -42,7 +42,7 @@ def digest_text(config: "DataclassInstance") -> str:
 
 
 def _renamed(name: str) -> str:
-    """The present name of a field."""
+    """The current name of a field."""
     present = {old: new for names in _FORMER_NAMES.values() for new, old in names.items()}
     return present.get(name, name)
 
@@ -53,10 +53,10 @@ def replace_fields(instance: Any, values: Mapping[str, Any], where: str) -> Any:
     Args:
         instance: the dataclass to start from.
         values: by field name; a mapping goes into the nested dataclass of that name.
-        where: named in errors, such as `my.toml`.
+        where: name of the source in error messages, such as `my.toml`.
 
     Raises:
-        UserError: an unknown field, or a value that its field refuses.
+        UserError: unknown field or invalid value.
     """
     kinds = typing.get_type_hints(cast(type[Any], type(instance)))
     changes: dict[str, Any] = {}
@@ -92,15 +92,16 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 
 def from_values(values: Mapping[str, Any], base: ConfigLike, path: Path) -> ConfigLike:
-    """`base` with the values of a TOML file; `path` is named in errors.
+    """`base` with the values of a TOML file; error messages name `path`.
 
     Raises:
-        UserError: an unknown field, a refused value, another format version.
+        UserError: unknown field, invalid value or another format version.
     """
     values = dict(values)
     version = values.pop("format_version", FORMAT_VERSION)
     if version != FORMAT_VERSION:
         raise UserError(
-            f"{path}: format_version = {version!r}: this touchdown reads {FORMAT_VERSION}"
+            f"{path}: format_version = {version!r}: must be {FORMAT_VERSION} "
+            "in this version of touchdown"
         )
     return replace_fields(base, values, str(path))

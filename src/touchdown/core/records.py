@@ -90,7 +90,10 @@ def decode_json(path: Path, kind: type[Record], version: int | None = None) -> R
     if version is not None:
         found = decode(data, _Versioned, path).format_version
         if found != version or isinstance(found, bool):
-            raise UserError(f"{path}: format_version = {found!r}: this touchdown reads {version}")
+            raise UserError(
+                f"{path}: format_version = {found!r}: must be {version} "
+                "in this version of touchdown"
+            )
     return decode(data, kind, path)
 
 

@@ -127,7 +127,8 @@ def load_flights(path: Path) -> list[Flight]:
     version = metadata.get("format_version")
     if version != str(FORMAT_VERSION):
         raise UserError(
-            f"{path}: format_version = {version!r}: this touchdown reads {FORMAT_VERSION}"
+            f"{path}: format_version = {version!r}: must be {FORMAT_VERSION} "
+            "in this version of touchdown"
         )
     where = f"{path}: not recorded flights"
     known = records.decode(metadata.get("flights", ""), list[_Facts], where)

@@ -71,7 +71,8 @@ def load_paths(path: Path) -> FlightPaths:
     version = metadata.get("format_version")
     if version != str(FORMAT_VERSION):
         raise UserError(
-            f"{path}: format_version = {version!r}: this touchdown reads {FORMAT_VERSION}"
+            f"{path}: format_version = {version!r}: must be {FORMAT_VERSION} "
+            "in this version of touchdown"
         )
     try:
         found = {int(start): tensors[str(start)] for start in json.loads(metadata["starts"])}

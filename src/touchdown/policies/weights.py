@@ -171,6 +171,7 @@ def _read(path: Path) -> tuple[Tensors, _Metadata]:
     version = texts.get("format_version")
     if version != str(WEIGHTS_FORMAT_VERSION):
         raise UserError(
-            f"{path}: format_version = {version!r}: this touchdown reads {WEIGHTS_FORMAT_VERSION}"
+            f"{path}: format_version = {version!r}: must be {WEIGHTS_FORMAT_VERSION} "
+            "in this version of touchdown"
         )
     return tensors, records.convert(texts, _Metadata, f"{path}: not a policy's weights")

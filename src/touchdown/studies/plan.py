@@ -238,8 +238,8 @@ def from_toml(path: Path) -> Study:
     file = records.convert(toml.read_toml(path), _StudyFile, path)
     if file.format_version != FORMAT_VERSION:
         raise UserError(
-            f"{path}: format_version = {file.format_version!r}: this touchdown reads "
-            f"{FORMAT_VERSION}"
+            f"{path}: format_version = {file.format_version!r}: must be {FORMAT_VERSION} "
+            "in this version of touchdown"
         )
     try:
         return Study(
