@@ -1,4 +1,4 @@
-"""The parts that all agents share: exploring actions, and the counts that schedules follow."""
+"""The parts that all agents share: exploratory actions, and the counts that schedules depend on."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -12,7 +12,7 @@ from touchdown.core.types import FloatArray, IntArray, Tensors
 
 
 def periods_crossed(before: int, after: int, period: int) -> int:
-    """How many multiples of `period` a count passes on its way from `before` to `after`."""
+    """How many multiples of `period` a count passes from `before` to `after`."""
     return after // period - before // period
 
 
@@ -22,16 +22,16 @@ class Actor:
     Args:
         config: all settings.
         num_actions: A.
-        rng: of exploration.
+        rng: random generator for exploration.
     """
 
     def __init__(self, config: Config, num_actions: int, rng: Generator) -> None:
         self.env_steps = 0
         self.updates = 0
         self.next_q: Any | None = None
-        """Q(s,·) for the coming actions, [N, A], where an update computed it already.
+        """Q(s,·) for the next actions, [N, A], if an update has already computed it.
 
-        JAX may still be computing it: it is waited for only if an action is greedy.
+        JAX may still be computing it; only a greedy action waits for it.
         """
         self._explorer = EpsilonGreedy(config.exploration, num_actions, rng)
         self._metrics_period = config.training.metrics_period
@@ -42,7 +42,7 @@ class Actor:
         return self._explorer.epsilon
 
     def begin_episode(self, ended: int) -> None:
-        """Set ε for an episode that begins after `ended` others."""
+        """Set ε for an episode that begins after `ended` finished episodes."""
         self._explorer.begin_episode(ended, self.env_steps)
 
     def act(self, count: int, values: Callable[[], FloatArray]) -> IntArray:
@@ -60,7 +60,7 @@ class Actor:
         return self._explorer.act(count, known_or_computed)
 
     def observed(self, count: int) -> int:
-        """Count environment steps, and let ε follow.
+        """Count environment steps and update ε.
 
         Returns:
             The count before them.
@@ -74,7 +74,7 @@ class Actor:
         return periods_crossed(updates_before, self.updates, self._metrics_period) > 0
 
     def tensors(self) -> Tensors:
-        """The values of the coming actions, if they are known, for a checkpoint."""
+        """The values for the next actions, if they are known, for a checkpoint."""
         return {} if self.next_q is None else {"next_q": np.array(self.next_q)}
 
     def facts(self) -> dict[str, Any]:
@@ -86,7 +86,7 @@ class Actor:
         }
 
     def restore(self, tensors: Tensors, facts: Mapping[str, Any]) -> None:
-        """Set the state to what `tensors` and `facts` returned.
+        """Restore the state that `tensors` and `facts` returned.
 
         Raises:
             KeyError: something is missing.
@@ -100,10 +100,10 @@ class Actor:
 
 
 class ActingAgent:
-    """The part of the `Agent` protocol that an agent's actor answers.
+    """The part of the `Agent` protocol that delegates to an actor.
 
     Args:
-        actor: the agent's own.
+        actor: the agent's actor.
     """
 
     def __init__(self, actor: Actor) -> None:
@@ -125,5 +125,5 @@ class ActingAgent:
         return self._actor.epsilon
 
     def begin_episode(self, ended: int) -> None:
-        """Set ε, where its schedule counts episodes."""
+        """Set ε, if its schedule counts episodes."""
         self._actor.begin_episode(ended)

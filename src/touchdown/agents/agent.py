@@ -1,4 +1,4 @@
-"""The contract between training and an agent, and that of the model which the agent learns."""
+"""The protocols of an agent and of the model that it learns."""
 
 from collections.abc import Mapping
 from typing import Any, Protocol
@@ -14,7 +14,7 @@ class Model(Protocol):
         ...
 
     def params_of(self, layers: Tensors) -> FloatArray:
-        """Flat parameters from named ones, the inverse of `layers`.
+        """Flat parameters from named ones; the inverse of `layers`.
 
         Raises:
             ValueError: the names, shapes or types are not those of this model.
@@ -26,7 +26,7 @@ class Model(Protocol):
         ...
 
     def describe(self) -> dict[str, Any]:
-        """What it takes to make this model again, as JSON values."""
+        """What is needed to recreate this model, as JSON values."""
         ...
 
 
@@ -35,7 +35,7 @@ class Agent(Protocol):
 
     @property
     def env_steps(self) -> int:
-        """Environment steps observed so far, those of all environments counted."""
+        """Environment steps observed so far, in all environments together."""
         ...
 
     @property
@@ -50,14 +50,14 @@ class Agent(Protocol):
 
     @property
     def model(self) -> Model:
-        """What the parameters belong to."""
+        """The model that the parameters belong to."""
         ...
 
     def begin_episode(self, ended: int) -> None:
-        """An episode begins in one of the environments.
+        """Note that an episode begins in one of the environments.
 
         Args:
-            ended: how many episodes have ended before it, 0 for the first.
+            ended: number of episodes that have ended before it, 0 for the first.
         """
         ...
 
@@ -72,7 +72,7 @@ class Agent(Protocol):
         steps: StepResult,
         next_observations: FloatArray,
     ) -> dict[str, float] | None:
-        """Take in one step of every environment, and learn when an update is due.
+        """Observe one step of every environment, and learn when an update is due.
 
         Args:
             o_tm1: the observations that the actions were chosen for, [N, D].
@@ -90,13 +90,14 @@ class Agent(Protocol):
     def recall(
         self, index: int, o_tm1: FloatArray, a_tm1: int, r_t: float, o_t: FloatArray
     ) -> None:
-        """Take in one step again that was observed before the checkpoint now restored.
+        """Observe again one step from before the checkpoint that is being restored.
 
         A resumed run repeats the steps of unfinished episodes, so that an agent can rebuild what it
-        keeps between steps. None of them ends an episode, and nothing is to be learned again.
+        keeps between steps. None of these steps ends an episode, and the agent must not learn from
+        them again.
 
         Args:
-            index: of the environment.
+            index: index of the environment.
             o_tm1: the observation before the step, [D].
             a_tm1: the action.
             r_t: the reward.
@@ -105,7 +106,7 @@ class Agent(Protocol):
         ...
 
     def params(self) -> FloatArray:
-        """The parameters learned so far, [P]: a copy."""
+        """A copy of the parameters learned so far, [P]."""
         ...
 
     def tensors(self) -> dict[str, Tensors]:
@@ -117,7 +118,7 @@ class Agent(Protocol):
         ...
 
     def restore(self, tensors: Mapping[str, Tensors], facts: Mapping[str, Any]) -> None:
-        """Set its state to what `tensors` and `facts` returned.
+        """Restore the state that `tensors` and `facts` returned.
 
         Raises:
             KeyError: something is missing.

@@ -1,4 +1,4 @@
-"""Deep Q-learning composed of parts: act, store the step, update at every `update_period` steps."""
+"""Deep Q-learning from parts: act, store the step, update every `update_period` steps."""
 
 from collections.abc import Mapping
 from typing import Any, cast
@@ -25,13 +25,13 @@ def _proportional(config: ReplayConfig) -> Proportional | None:
 
 
 class DQNAgent(ActingAgent):
-    """Algorithm 2, with the paper's target network and re-saved rewards where the config asks.
+    """Algorithm 2, optionally with the paper's target network and re-saves.
 
     Args:
         config: all settings.
         spaces: the environment's sizes.
-        streams: the run's generators.
-        learner: of the config's network.
+        streams: the run's random generators.
+        learner: a learner of the config's network.
     """
 
     def __init__(self, config: Config, spaces: Spaces, streams: Streams, learner: Learner) -> None:
@@ -58,7 +58,7 @@ class DQNAgent(ActingAgent):
         return self.learner.model
 
     def act(self, observations: FloatArray) -> IntArray:
-        """ε-greedy actions (Algorithm 2, line 4), by noisy weights if the network has them.
+        """ε-greedy actions (Algorithm 2, line 4), with noisy weights if the network has them.
 
         [N, D] to [N].
         """
@@ -109,7 +109,7 @@ class DQNAgent(ActingAgent):
         """The action that a truncated episode would have taken next, if the TD target needs it.
 
         Args:
-            observation: the episode's last, [D].
+            observation: last observation of the episode, [D].
         """
         if self._config.learning.target != "sarsa":
             return 0
@@ -141,18 +141,18 @@ class DQNAgent(ActingAgent):
     def recall(
         self, index: int, o_tm1: FloatArray, a_tm1: int, r_t: float, o_t: FloatArray
     ) -> None:
-        """Take in one step again that was observed before the checkpoint now restored.
+        """Observe again one step from before the checkpoint that is being restored.
 
-        It refills the n-step buffer; the transitions that it completes are in the memory already.
+        This refills the n-step buffer; completed transitions are already in the replay memory.
         """
         self._n_steps[index].push(o_tm1, a_tm1, r_t, o_t, terminated=False)
 
     def params(self) -> FloatArray:
-        """The online network's parameters, [P]: a copy, as later updates change them."""
+        """A copy of the online network's parameters, [P], as later updates change them."""
         return np.array(self.learner.state.online_params)
 
     def tensors(self) -> dict[str, Tensors]:
-        """The learner's state, the replay memory, and the values of the coming actions."""
+        """The learner's state, the replay memory, and the values for the next actions."""
         return {
             "learner": self.learner.tensors(),
             "memory": self.replay.tensors(),
@@ -164,7 +164,7 @@ class DQNAgent(ActingAgent):
         return {**self._actor.facts(), "memory_added": self.replay.ring.added}
 
     def restore(self, tensors: Mapping[str, Tensors], facts: Mapping[str, Any]) -> None:
-        """Set the state to what `tensors` and `facts` returned.
+        """Restore the state that `tensors` and `facts` returned.
 
         Raises:
             KeyError: something is missing.
@@ -183,7 +183,7 @@ def _packed(samples: list[Sample]) -> NDArray[np.float32]:
 
 
 def _weights(samples: list[Sample]) -> NDArray[np.float32] | None:
-    """The samples' weights, [K, B], or None where there are none."""
+    """The samples' importance-sampling weights, [K, B], or None for uniform replay."""
     if samples[0].weights is None:
         return None
     return np.stack([cast(NDArray[np.float32], sample.weights) for sample in samples])

@@ -1,4 +1,4 @@
-"""PQN: Q-learning without a replay memory or a target network, in many environments at once.
+"""PQN: Q-learning in parallel environments without a replay memory or a target network.
 
 Gallici et al., 2025: λ-returns over a short rollout of all environments, a few epochs of
 minibatches, and layer normalisation, which stabilises bootstrapping in place of a target network.
@@ -25,8 +25,8 @@ class PQNAgent(ActingAgent):
     Args:
         config: all settings; its algorithm is `pqn`.
         spaces: the environment's sizes.
-        streams: the run's generators.
-        learner: of the config's network.
+        streams: the run's random generators.
+        learner: a learner of the config's network.
     """
 
     def __init__(self, config: Config, spaces: Spaces, streams: Streams, learner: Learner) -> None:
@@ -97,14 +97,14 @@ class PQNAgent(ActingAgent):
     def recall(
         self, index: int, o_tm1: FloatArray, a_tm1: int, r_t: float, o_t: FloatArray
     ) -> None:
-        """Do nothing: the unfinished rollout is in the checkpoint."""
+        """Do nothing, as the checkpoint contains the unfinished rollout."""
 
     def params(self) -> FloatArray:
-        """The network's parameters, [P]: a copy, as later updates change them."""
+        """A copy of the network's parameters, [P], as later updates change them."""
         return np.array(self.learner.state.online_params)
 
     def tensors(self) -> dict[str, Tensors]:
-        """The learner's state, the unfinished rollout, and the values of the coming actions."""
+        """The learner's state, the unfinished rollout, and the values for the next actions."""
         return {
             "learner": self.learner.tensors(),
             "rollout": self._rollout,
@@ -116,7 +116,7 @@ class PQNAgent(ActingAgent):
         return {**self._actor.facts(), "filled": self._num_filled}
 
     def restore(self, tensors: Mapping[str, Tensors], facts: Mapping[str, Any]) -> None:
-        """Set the state to what `tensors` and `facts` returned.
+        """Restore the state that `tensors` and `facts` returned.
 
         Raises:
             KeyError: something is missing.
@@ -127,7 +127,7 @@ class PQNAgent(ActingAgent):
         for name, part in self._rollout.items():
             part[:] = tensors["rollout"][name]
         steps = self._config.rollout.rollout_steps
-        if facts["filled"] >= steps:  # a complete rollout would have been learned from
+        if facts["filled"] >= steps:  # the agent would have learned from a complete rollout
             raise ValueError(f"agent.filled = {facts['filled']}: must be less than {steps} steps")
         self._actor.restore(tensors["acting"], facts)
         self._num_filled = int(facts["filled"])

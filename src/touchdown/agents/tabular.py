@@ -1,4 +1,4 @@
-"""Q-learning with a table: Algorithm 1, SARSA's variants of it, and value iteration."""
+"""Q-learning with a table (Algorithm 1), its SARSA variants, and value iteration."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -17,12 +17,12 @@ from touchdown.core.types import FloatArray, IntArray, Spaces, StepResult, Tenso
 class TabularAgent(ActingAgent):
     """Learns a table from each step, or plans it from the environment's model.
 
-    An update is of one table entry, or a sweep over all of them.
+    An update changes one table entry, or sweeps over all of them.
 
     Args:
         config: all settings; its algorithm is `tabular` or `value-iteration`.
         spaces: the environment's sizes, and its model for value iteration.
-        streams: the run's generators.
+        streams: the run's random generators.
 
     Raises:
         UserError: the config does not fit the environment.
@@ -35,7 +35,7 @@ class TabularAgent(ActingAgent):
         self._states = states_of(config.table, spaces)
         self.model = QTable(self._states, spaces.num_actions, config.table)
         self.q = np.full(self.model.shape, config.table.initial_value)
-        # SARSA: in each environment the step (s, a, r, s′) whose next action is not known yet
+        # SARSA: for each environment, the step (s, a, r, s′) whose next action is not known yet
         self._pending: list[tuple[int, int, float, int] | None] = [None] * config.training.num_envs
 
     def act(self, observations: FloatArray) -> IntArray:
@@ -72,7 +72,7 @@ class TabularAgent(ActingAgent):
         return {"loss": loss, "mean_q": float(best.mean()), "max_q": float(best.max())}
 
     def _sweep(self, plan: planning.TransitionModel) -> float:
-        """Sweep over all states and actions once; gives the largest squared change."""
+        """Sweep over all states and actions once and return the largest squared change."""
         before, self.q = self.q, planning.sweep(self.q, plan, self._config.learning.gamma)
         self._actor.updates += 1
         return float(np.square(self.q - before).max())
@@ -93,7 +93,7 @@ class TabularAgent(ActingAgent):
                 loss = self._update(*step, terminated=True)
             elif not sarsa:
                 loss = self._update(*step)
-            elif ended[index]:  # truncated: the action that would have come next
+            elif ended[index]:  # truncated: the action that would have been next
                 a_t = int(self.act(steps.observations[index][None])[0])
                 loss = self._update(*step, a_t=a_t)
         return loss
@@ -108,7 +108,7 @@ class TabularAgent(ActingAgent):
         a_t: int = 0,
         terminated: bool = False,
     ) -> float:
-        """Q(s,a) ← Q(s,a) + α·(Y − Q(s,a)); gives (Y − Q(s,a))²."""
+        """Q(s,a) ← Q(s,a) + α·(Y − Q(s,a)); returns (Y − Q(s,a))²."""
         learning = self._config.learning
         discount, q_t = (0.0 if terminated else learning.gamma), self.q[s_t]
         match learning.target:
@@ -133,7 +133,7 @@ class TabularAgent(ActingAgent):
     def recall(
         self, index: int, o_tm1: FloatArray, a_tm1: int, r_t: float, o_t: FloatArray
     ) -> None:
-        """Take in one step again that was observed before the checkpoint now restored.
+        """Observe again one step from before the checkpoint that is being restored.
 
         SARSA learns from it when the next action is known.
         """
@@ -142,7 +142,7 @@ class TabularAgent(ActingAgent):
             self._pending[index] = s_tm1, a_tm1, r_t, s_t
 
     def params(self) -> FloatArray:
-        """The table, [S·A]: a copy."""
+        """A copy of the table, [S·A]."""
         return self.q.ravel().copy()
 
     def tensors(self) -> dict[str, Tensors]:
@@ -154,7 +154,7 @@ class TabularAgent(ActingAgent):
         return self._actor.facts()
 
     def restore(self, tensors: Mapping[str, Tensors], facts: Mapping[str, Any]) -> None:
-        """Set the state to what `tensors` and `facts` returned.
+        """Restore the state that `tensors` and `facts` returned.
 
         Raises:
             KeyError: something is missing.

@@ -1,4 +1,4 @@
-"""Fly a policy: many greedy episodes for an evaluation, or a single one to film."""
+"""Runs a policy greedily: many episodes for an evaluation, or one for a film."""
 
 from pathlib import Path
 
@@ -26,16 +26,16 @@ def evaluate(
     runs_dir: Path | str = DEFAULT_RUNS,
     console: Console | None = None,
 ) -> Evaluation:
-    """Fly a policy greedily on stock Gymnasium and summarise its episodes.
+    """Run greedy episodes of a policy on stock Gymnasium and summarise them.
 
     Args:
         policy: a run, its name, or another policy; see `PolicyLike`.
-        episodes: number of episodes, each from a start of its own.
-        seed: environment seed of the first start; the other starts have the seeds that follow.
+        episodes: number of episodes, each from a different start.
+        seed: environment seed of the first start; the others have the following seeds.
             Seeds below 1,000,000 are test starts.
-        env_id: the environment for `random`, a `.zip`, and an `.onnx` that names none; other
-            policies know theirs.
-        runs_dir: folder that holds the runs.
+        env_id: the environment for `random`, a `.zip`, or an `.onnx` that does not name one; other
+            policies name theirs.
+        runs_dir: folder of the runs.
         console: where to show progress; None shows nothing.
 
     Raises:
@@ -58,18 +58,18 @@ def fly(
     env_id: str = "LunarLander-v3",
     runs_dir: Path | str = DEFAULT_RUNS,
 ) -> Flight:
-    """Fly one episode and, if asked to, film it.
+    """Run one greedy episode and optionally film it.
 
     Args:
         policy: a run, its name, or another policy; see `PolicyLike`.
         seed: environment seed of the start.
-        out: a `.gif` or `.mp4` to write, or `window` to watch it live; None makes no film.
-        env_id: the environment for `random`, a `.zip`, and an `.onnx` that names none; other
-            policies know theirs.
-        runs_dir: folder that holds the runs.
+        out: a `.gif` or `.mp4` file to write, or `window` to watch it live; None makes no film.
+        env_id: the environment for `random`, a `.zip`, or an `.onnx` that does not name one; other
+            policies name theirs.
+        runs_dir: folder of the runs.
 
     Raises:
-        UserError: there is no such policy, no screen for a window, or `out` cannot be written.
+        UserError: there is no such policy, no display for a window, or `out` cannot be written.
     """
     check_seed(seed)
     named = find_policy(policy, Path(runs_dir), env_id)

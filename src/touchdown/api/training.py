@@ -1,4 +1,4 @@
-"""Train an agent, or continue a run that was stopped."""
+"""Trains an agent, or resumes a stopped run."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -25,14 +25,14 @@ def train(
     seed: int | None = None,
     console: Console | None = None,
 ) -> Run:
-    """Train an agent, choose its best checkpoint, test it, and draw its figures and film.
+    """Train an agent, select its best checkpoint, test it, and draw its figures and film.
 
     Args:
         config: settings, or the name of a preset.
-        name: name of the run. None takes `<preset>-<seed>`, with a number appended if that name is
+        name: name of the run. None uses `<preset>-<seed>`, with a number appended if that name is
             taken.
-        runs_dir: folder that holds the runs.
-        seed: training seed; None takes the config's.
+        runs_dir: folder of the runs.
+        seed: training seed; None uses the config's.
         console: where to show progress and results; None shows nothing.
 
     Returns:
@@ -40,14 +40,14 @@ def train(
 
     Raises:
         UserError: the config, the name, the folder or the environment cannot be used, or something
-            could not be written, for example because the disk is full; `resume` continues from what
-            was saved.
-        Interrupted: Ctrl-C or SIGTERM; the run was saved and `resume` continues it.
+            could not be written, for example because the disk is full; `resume` continues from the
+            last saved state.
+        Interrupted: Ctrl-C or SIGTERM; the run was saved, and `resume` continues it.
     """
     settings = preset(config) if isinstance(config, str) else config
     if seed is not None:
         settings = replace(settings, seed=seed)
-    # refuse an environment, and settings that do not fit it, before a folder is made
+    # refuse a wrong environment or settings that do not fit it before a folder is created
     spaces = environment.spaces_of(settings.env_id, engine=engines.engine_in_use())
     check_fits(settings, spaces)
     stop_threshold(settings)
@@ -55,11 +55,11 @@ def train(
 
 
 def resume(run: str, *, runs_dir: Path | str = DEFAULT_RUNS, console: Console | None = None) -> Run:
-    """Continue a run that was stopped, from its last checkpoint to its end.
+    """Resume a stopped run from its last checkpoint and finish it.
 
     Args:
-        run: name of the run, or its folder.
-        runs_dir: folder that holds the runs.
+        run: name or folder of the run.
+        runs_dir: folder of the runs.
         console: where to show progress and results; None shows nothing.
 
     Returns:

@@ -11,9 +11,9 @@ Device = Annotated[Literal["cpu", "gpu"], arg(help="Device that JAX computes on.
 Engine = Annotated[
     Literal["exact", "gymnasium"] | None,
     arg(
-        help="What simulates the lander: `exact`, our C++ engine, or `gymnasium`, the original; their "
-        "results are equal to the last bit. None uses `exact` if it was built. Tests and windows "
-        "always use `gymnasium`."
+        help="What simulates the lander: `exact`, our C++ engine, or `gymnasium`, the original. "
+        "Their results are equal to the last bit. None uses `exact` if it was built. Tests and "
+        "windows always use `gymnasium`."
     ),
 ]
 Episodes = Annotated[int, arg(help="Number of episodes, each from a different start.")]
@@ -23,8 +23,8 @@ FirstSeed = Annotated[
 EnvId = Annotated[
     str,
     arg(
-        help="Gymnasium id of the environment, for `random`, a .zip, or an .onnx that does not name "
-        "one; other policies name theirs."
+        help="Gymnasium id of the environment, for `random`, a .zip, or an .onnx that does not "
+        "name one; other policies name theirs."
     ),
 ]
 PolicyName = Annotated[
@@ -35,9 +35,7 @@ PolicyName = Annotated[
         "or a file: .safetensors, .toml, .onnx, or a .zip from Stable-Baselines3.",
     ),
 ]
-RunName = Annotated[
-    str, arg(metavar="RUN", help="Name or folder of a run.")
-]
+RunName = Annotated[str, arg(metavar="RUN", help="Name or folder of a run.")]
 
 ResultsDir = Annotated[Path, arg(help="Folder for the runs and reports of studies.")]
 Scale = Annotated[

@@ -116,7 +116,7 @@ class Export:
     ] = "onnx"
     out: Annotated[
         Path | None,
-        arg(metavar="FOLDER", help="Folder to create; None creates RUN-FORMAT in the current folder."),
+        arg(metavar="FOLDER", help="Folder to create; None uses RUN-FORMAT in the current folder."),
     ] = None
     runs_dir: RunsDir = DEFAULT_RUNS
 

@@ -30,7 +30,7 @@ class Runs:
             print_json(facts)
             return
         if not facts:
-            console.print(f"no runs in {self.runs_dir}; `touchdown train` creates one", markup=False)
+            console.print(f"no runs in {self.runs_dir}; start one: touchdown train", markup=False)
             return
         console.print(tables.runs_table(facts))
         print_indented(console, [run["error"] for run in facts if run["status"] == "broken"])

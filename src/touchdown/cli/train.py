@@ -65,8 +65,9 @@ class Train:
     algorithm: Annotated[
         Algorithm,
         arg(
-            help="How to learn: with a network and a replay memory (dqn), a network without one (pqn), "
-            "a table (tabular), or the environment's own model (value-iteration); set by presets."
+            help="How to learn: with a network and a replay memory (dqn), a network without one "
+            "(pqn), a table (tabular), or the environment's own model (value-iteration); set by "
+            "presets."
         ),
     ] = "dqn"
     network: NetworkConfig = field(default_factory=NetworkConfig)

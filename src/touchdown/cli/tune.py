@@ -20,11 +20,11 @@ class TunePid:
     rule: Annotated[
         Literal["signed", "absolute"],
         arg(
-            help="When the main engine fires: `absolute` compares the absolute vertical control value, "
-            "as printed in the paper; `signed` keeps its sign."
+            help="When the main engine fires: `absolute` compares the absolute vertical control "
+            "value, as printed in the paper; `signed` keeps its sign."
         ),
     ] = "signed"
-    starts: Annotated[int, arg(help="Episodes per trial, each from a different training start.")] = 200
+    starts: Annotated[int, arg(help="Training starts per trial (one episode each).")] = 200
     seed: Annotated[int, arg(help="Seed that selects the training starts.")] = 0
     tolerance: Annotated[
         float, arg(help="Stop once every step size is below this fraction of its initial value.")

@@ -88,7 +88,7 @@ class ReplayConfig:
     resave_threshold: float = 0.0
     """A transition counts as rewarded if its reward exceeds this (reward units)."""
     prioritized: bool = False
-    """Prioritised replay: sample transitions by their last TD error (Schaul et al., 2016) instead of
+    """Prioritised replay: sample transitions by their last TD error (Schaul et al., 2016), not
     uniformly."""
     alpha: Share = 0.6
     """Priority exponent; 0 samples uniformly."""
@@ -277,7 +277,7 @@ class TrainingConfig:
     final_validation_episodes: AtLeastOne = 100
     """Episodes per candidate checkpoint, each from a fresh validation start."""
     test_episodes: Annotated[int, Meta(ge=0)] = 100
-    """Episodes of the selected checkpoint's final test, each from a test start; 0 skips the test."""
+    """Test episodes of the selected checkpoint, each from a test start; 0 skips the test."""
     stop_when_solved: bool = False
     """Also stop training as soon as final_validation_episodes episodes from fresh validation starts
     show with high confidence that the policy will reach the environment's reward threshold in the

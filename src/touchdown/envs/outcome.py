@@ -1,4 +1,4 @@
-"""How an episode ended, in words, and the return that counts as solved."""
+"""The outcome of an episode, and the return that counts as solved."""
 
 from gymnasium.envs.registration import registry
 
@@ -9,8 +9,8 @@ from touchdown.lander.rules import is_lander
 def outcome_of(env_id: str, observation: FloatArray, reward: float, *, terminated: bool) -> Outcome:
     """How an episode ended, from its last step.
 
-    The lander's last reward is exactly +100 where it came to rest, and -100 where it crashed or
-    flew out of bounds.
+    The lander's last reward is exactly +100 if it came to rest, and -100 if it crashed or flew out
+    of bounds.
     """
     if not terminated:
         return "timed out"
@@ -22,7 +22,7 @@ def outcome_of(env_id: str, observation: FloatArray, reward: float, *, terminate
 
 
 def threshold_of(env_id: str) -> float | None:
-    """The return at which Gymnasium calls an environment solved; None where it names none."""
+    """The return at which Gymnasium considers an environment solved; None if it defines none."""
     spec = registry.get(env_id)
     threshold = spec.reward_threshold if spec else None
     return None if threshold is None else float(threshold)

@@ -1,4 +1,4 @@
-"""Bringing the episodes that were under way at a checkpoint back to where they were."""
+"""Restores the unfinished episodes of a checkpoint."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -18,17 +18,17 @@ def replay_episodes(
     start_of: Callable[[int], int],
     where: Path,
 ) -> Underway:
-    """Fly each saved episode again by the actions it took: the environment is deterministic.
+    """Repeat the recorded actions of each saved episode; environments are deterministic.
 
     Args:
-        saved: the episode in each environment, as the checkpoint has it.
-        agent: recalls the steps.
+        saved: the unfinished episode of each environment in the checkpoint.
+        agent: observes the steps again.
         pool: the environments.
         start_of: the environment seed of an episode, by its number.
-        where: the checkpoints lie, named in errors.
+        where: folder of the checkpoints, named in error messages.
 
     Raises:
-        UserError: an episode does not come to the same observation.
+        UserError: an episode does not end at the same observation.
     """
     return Underway(
         [

@@ -1,4 +1,4 @@
-"""The paper's experiments: for each a question, the study that answers it, and the claims."""
+"""The paper's experiments: each has a question, the study that answers it, and claims."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,23 +30,23 @@ from touchdown.studies.work import BaselineJob, PidJob
 
 @dataclass(frozen=True, slots=True)
 class Topic:
-    """One of the paper's experiments; the report has a section for each."""
+    """One of the paper's experiments, which is a section of the report."""
 
     name: str
     title: str
     section: str
     question: str
     study: Study | None
-    """The study whose runs it looks at; None for the PID's tunings, which are no training runs."""
+    """The study whose runs it uses; None for the PID tunings, which are not training runs."""
     claims: tuple[Claim, ...] = ()
     metric: str = "best_return"
-    """What its figure shows."""
+    """Metric that its figure shows."""
     with_baselines: bool = False
-    """Whether it compares with the PID's flights and random ones."""
+    """Whether it compares with flights of the PID and of random actions."""
 
 
 def topics(scale: Scale) -> dict[str, Topic]:
-    """All of the paper's, by name, in the order of its sections."""
+    """All topics of the paper by name, in the order of its sections."""
     ladder = _study(
         "ladder",
         scale,
@@ -162,13 +162,13 @@ def topics(scale: Scale) -> dict[str, Topic]:
 
 
 def studies(scale: Scale) -> dict[str, Study]:
-    """The paper's studies of training runs, by name, each once."""
+    """The paper's studies of training runs, by name."""
     of = [topic.study for topic in topics(scale).values() if topic.study is not None]
     return {study.name: study for study in of}
 
 
 def pid_jobs(scale: Scale, seeds: int | None = None) -> list[PidJob]:
-    """The tunings of the PID."""
+    """The PID tunings."""
     count = LADDER_SEEDS[scale] if seeds is None else seeds
     return [
         PidJob(Tuning(tuner=tuner, seed=seed, trials=PID_TRIALS[scale]))
