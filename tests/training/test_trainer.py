@@ -320,7 +320,7 @@ def test_a_cut_off_checkpoint_is_refused_in_one_line(tmp_path, name):
     path.write_bytes(path.read_bytes()[:-7])
     before = folder.episodes.read_bytes()
     with pytest.raises(
-        UserError, match=f"{name}.safetensors: not a whole safetensors file"
+        UserError, match=f"{name}.safetensors: not a complete safetensors file"
     ) as said:
         Trainer(folder)
     assert "\n" not in str(said.value)
@@ -520,7 +520,7 @@ def test_the_table_of_a_run_is_flown_from_its_file(tmp_path):
             {},
             r"'FrozenLake-v1': q is float64\(8, 4\), must be float64\(16, 4\)",
         ),
-        ({"p": np.zeros((16, 4))}, {}, r"'FrozenLake-v1': it holds \['p'\], a table has q"),
+        ({"p": np.zeros((16, 4))}, {}, r"'FrozenLake-v1': it has \['p'\], must be q, the table"),
         (
             {"q": np.zeros((16, 4))},
             {"env_id": "CartPole-v1"},

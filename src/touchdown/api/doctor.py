@@ -129,7 +129,7 @@ def _exactness() -> tuple[State, str]:
             ended = mine[2] or mine[3]
         if pair[0] != pair[1]:
             return "bad", (
-                f"step {step} differs from stock: the exact engine does not reproduce stock's results "
+                f"step {step} differs from stock: the exact engine does not reproduce its results "
                 "on this machine; use --engine gymnasium, and please report it"
             )
     stock.close()

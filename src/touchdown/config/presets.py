@@ -239,7 +239,7 @@ _NAMED: dict[str, tuple[str, Config]] = {
         _with(_VECTOR, learning={"n_step": 3}),
     ),
     "prioritized-dqn": (
-        "`vector-dqn` with prioritized replay (Schaul et al., 2016)",
+        "`vector-dqn` with prioritised replay (Schaul et al., 2016)",
         _with(_VECTOR, replay={"prioritized": True, "beta_duration": 45_000}),
     ),
     "polyak-dqn": (

@@ -143,7 +143,7 @@ class LearningConfig:
     learning_rate_end: NonNegative = 0.0
     """Learning rate after learning_rate_duration updates."""
     learning_rate_duration: Steps = 0
-    """Updates over which it changes linearly to learning_rate_end; 0 keeps it constant."""
+    """Updates for a linear change to learning_rate_end; 0 keeps learning_rate constant."""
     optimizer: Literal["adam", "adamw", "rmsprop", "sgd"] = "adam"
     """Optimiser, by its name in optax."""
     backend: Backend = "jax"
@@ -189,7 +189,7 @@ class LearningConfig:
             )
         if self.double and not self.has_target:
             raise ValueError(
-                "double = True: must be False without a target network; "
+                "double = True: must have a target network to evaluate; "
                 "set target_period or polyak above 0"
             )
         if self.double and self.target != "q-learning":
