@@ -110,7 +110,7 @@ class Builder:
             Film(
                 path,
                 f"{who}: {flight.outcome} after {flight.steps} steps",
-                f"{who}, which has the highest {most}: its median test flight, from start "
+                f"{who}, which has the highest {most}. Its median test flight, from start "
                 f"{flight.seed}: {flight.outcome}, return {flight.episode_return:.0f}.",
             ),
         )
