@@ -77,7 +77,7 @@ def load_paths(path: Path) -> FlightPaths:
     try:
         found = {int(start): tensors[str(start)] for start in json.loads(metadata["starts"])}
     except (KeyError, TypeError, ValueError):
-        raise UserError(f"{path}: not the paths of flights") from None
+        raise UserError(f"{path}: not recorded paths") from None
     for start, points in found.items():
         if points.ndim != 2 or points.shape[1] != 2 or not len(points):
             raise UserError(

@@ -43,7 +43,7 @@ def film_and_still(gif: Path) -> Moving:
             film.convert("RGB").quantize(256).save(still, "PNG", optimize=True)
             width, height = film.size
     except (OSError, EOFError, ValueError) as error:
-        raise UserError(f"{gif}: not a whole GIF: {one_line(error)}") from None
+        raise UserError(f"{gif}: not a complete GIF: {one_line(error)}") from None
     return Moving(
         _address(data, "image/gif"), _address(still.getvalue(), "image/png"), width, height
     )

@@ -54,7 +54,7 @@ def _replayed(
     same = np.asarray(episode.observation, np.float32).tobytes() == saved.observation.tobytes()
     if saved.actions and not same:
         raise UserError(
-            f"{where}: saved in mid-episode, and flying it again does not come to the same place: "
-            "another machine or version, or an environment that is not deterministic"
+            f"{where}: the unfinished episode cannot be repeated exactly: another machine or "
+            "version, or an environment that is not deterministic"
         )
     return episode

@@ -104,7 +104,7 @@ def find_study(name: str, *, scale: str = "quick", seeds: int | None = None) -> 
         raise UserError(f"study {name!r}: unknown; choose one of {known}, or a .toml file")
     study = plan.from_toml(Path(name))
     if study.name in (PAPER, *topics):
-        raise UserError(f"{name}: name = {study.name!r}: is a name of the paper's; choose another")
+        raise UserError(f"{name}: name = {study.name!r}: reserved for the paper's studies")
     if seeds is not None:
         plan.check_seeds(seeds, study.first_seed)
     of_file = ((study, seeds or study.seeds),)

@@ -66,7 +66,7 @@ def read_sb3(path: Path, env_id: str) -> GreedyPolicy:
         return _policy(Archive(data), path, spaces)
     except ValueError as error:
         raise UserError(
-            f"{path}: not a Stable-Baselines3 policy that can be used: {one_line(error)}"
+            f"{path}: not a supported Stable-Baselines3 policy: {one_line(error)}"
         ) from None
 
 

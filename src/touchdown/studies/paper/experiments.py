@@ -108,7 +108,7 @@ def topics(scale: Scale) -> dict[str, Topic]:
                 RESAVES[scale],
                 10,
             ),
-            "Do re-saves of rewarded transitions speed up learning, and is their number irrelevant later?",
+            "Do re-saves speed up early learning, and is their number irrelevant later?",
             claims.resaves_claims(scale),
         ),
         _topic(
