@@ -229,7 +229,7 @@ def test_an_episode_that_does_not_come_to_the_same_place_is_not_resumed(tmp_path
     state = json.loads((newest / "state.json").read_text())
     state["sha256"]["underway"] = hashlib.sha256(data).hexdigest()
     (newest / "state.json").write_text(files.to_json(state))
-    with pytest.raises(UserError, match="does not come to the same place"):
+    with pytest.raises(UserError, match="cannot be repeated exactly"):
         train(folder)
 
 

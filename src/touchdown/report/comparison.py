@@ -37,7 +37,7 @@ def write_comparison(runs: Sequence[Run], out: Path) -> Path:
     for run in runs:
         if run.evaluation is None:
             raise UserError(
-                f"run {run.name!r}: has no test episodes; must be finished, with test_episodes above 0"
+                f"run {run.name!r}: has no test episodes; must be finished and have test_episodes"
             )
     groups: dict[str, list[Run]] = {}
     for run in {run.path.resolve(): run for run in runs}.values():

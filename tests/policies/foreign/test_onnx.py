@@ -131,7 +131,7 @@ def test_outputs_that_are_not_values_of_actions_are_ignored():
         ),
         (
             model([helper.make_node("Identity", ["o"], ["q"])], {"q": (FLOAT, ["N", 2])}),
-            "returns q float32[32, 2] for 32 observations; must return values [N, 3] or actions [N]",
+            "returns q float32[32, 2] for 32 observations, must be values [N, 3] or actions [N]",
         ),
         (b"no model", "m.onnx: not a complete ONNX model"),
         (b"", "m.onnx: not a complete ONNX model"),
@@ -152,7 +152,7 @@ def test_an_action_that_the_environment_does_not_have_is_refused():
     data = model([VALUES, CHOICE], {"a": (INT64, ["N"])})
     flown = policy(data, Spaces(observation_size=2, num_actions=2))
     assert flown.act(OBSERVATIONS[:2]).tolist() == [0, 1]
-    with pytest.raises(UserError, match=r"m\.onnx: returns action 2, must be from 0 to 1"):
+    with pytest.raises(UserError, match=r"m\.onnx: action 2: must be from 0 to 1"):
         flown.act(OBSERVATIONS)
 
 

@@ -141,7 +141,7 @@ class OnnxPolicy:
                 return name, False
         shapes = [f"{name} {result.dtype}{list(result.shape)}" for name, result in results]
         raise UserError(
-            f"{self._where}: returns {', '.join(shapes)} for {self._rows} observations; must return "
+            f"{self._where}: returns {', '.join(shapes)} for {self._rows} observations, must be "
             f"values [N, {spaces.num_actions}] or actions [N]; --env-id sets the environment"
         )
 
@@ -158,7 +158,7 @@ class OnnxPolicy:
         wrong = actions[(actions < 0) | (actions >= self._num_actions)]
         if len(wrong):
             raise UserError(
-                f"{self._where}: returns action {wrong[0]}, must be from 0 to {self._num_actions - 1}"
+                f"{self._where}: action {wrong[0]}: must be from 0 to {self._num_actions - 1}"
             )
         return actions
 
