@@ -18,7 +18,7 @@ def model_card(source: Source, model_file: str, agreement: Agreement | None) -> 
 
     Args:
         source: the policy.
-        model_file: name of the model file beside the card.
+        model_file: name of the model file in the folder of the card.
         agreement: agreement of an ONNX model with the policy; None for `safetensors`.
 
     Raises:

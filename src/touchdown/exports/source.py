@@ -42,7 +42,7 @@ def of_run(run: Run) -> Source:
 
 
 def of_shipped(weights: Path) -> Source:
-    """A shipped policy, with the config of its preset; its test flights are flown on demand.
+    """A shipped policy, with the config of its preset; it is tested on demand.
 
     Raises:
         UserError: the file is broken.

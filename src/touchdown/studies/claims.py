@@ -24,9 +24,9 @@ class Finding:
     """The result of a test."""
 
     p_for: float
-    """One-sided p-value in favour: of such numbers if the claim were just false."""
+    """One-sided p-value in favour, if the claim were just false."""
     p_against: float
-    """One-sided p-value against: of such numbers if the claim were just true."""
+    """One-sided p-value against, if the claim were just true."""
     evidence: str
     seeds: int
     """Number of seeds of the cell with the fewest."""
