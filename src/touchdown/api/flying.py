@@ -46,7 +46,7 @@ def evaluate(
     check_seed(seed, episodes)
     named = find_policy(policy, Path(runs_dir), env_id)
     shown = console or Console(quiet=True)
-    with progress.counting(shown, f"flying {named.name}", episodes) as count:
+    with progress.counting(shown, f"evaluating {named.name}", episodes) as count:
         return evaluations.evaluate_policy(named, range(seed, seed + episodes), on_episode=count)
 
 

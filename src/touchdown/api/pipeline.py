@@ -84,7 +84,7 @@ def _completed(folder: RunFolder, shown: Console) -> Run:
         tested = finish.fly_test(
             run, baselines=_baselines(config.env_id), on_phase=view.phase, on_episode=advance
         )
-        view.phase("drawing", len(PICTURES) if tested else 1)
+        view.phase("drawing pictures", len(PICTURES) if tested else 1)
         text = _draw_policy(run)
         if tested:
             _draw(run, tested[0], advance)

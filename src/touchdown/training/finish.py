@@ -66,7 +66,7 @@ def fly_test(
     chosen = run.policy
     others = [] if tested else [lookup.load(name, env_id=env_id) for name in baselines]
     count = (not tested) + len(others) + (last is not None)
-    on_phase(f"flying {len(starts)} test starts with {count} policies", count * len(starts))
+    on_phase(f"testing on {len(starts)} starts, policies: {count}", count * len(starts))
     with closing(Evaluator(env_id)) as evaluator:
         recorder = PathRecorder(starts)
         if not tested:

@@ -97,13 +97,13 @@ def tune_agent(
     shown = console or Console(quiet=True)
     try:
         with (
-            progress.counting(shown, f"searching {preset}", trials) as count,
+            progress.counting(shown, f"tuning {preset}", trials) as count,
             progress.stop_on_signals(shown) as stop,
         ):
 
             def on_trial(number: int, best: float | None) -> None:
                 best_text = "" if best is None else f", best {best:.1f}"
-                count.describe(f"searching {preset}{best_text}", number)
+                count.describe(f"tuning {preset}{best_text}", number)
 
             found = search.search(
                 study,

@@ -56,7 +56,7 @@ def study_report(
     note = _note_on_flights(selection, store)
     shown = console or Console(quiet=True)
     sections = len(paper.topics(selection.scale)) if selection.name == PAPER else 1
-    with progress.counting(shown, f"report of {selection.name}", sections) as count:
+    with progress.counting(shown, f"writing the report of {selection.name}", sections) as count:
 
         def on_step(_name: str) -> None:
             count()
