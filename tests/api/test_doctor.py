@@ -50,7 +50,7 @@ def test_a_file_instead_of_the_runs_folder_is_bad_and_the_verb_exits_with_2(tmp_
         app.main(["doctor", "--json", "--runs-dir", str(tmp_path / "runs")])
     assert ended.value.code == 2
     said = capsys.readouterr()
-    assert said.err == "touchdown: runs: will not work; the table says what would help\n"
+    assert said.err == "touchdown: runs: will not work; the table says how to fix it\n"
     states = {finding["name"]: finding["state"] for finding in json.loads(said.out)}
     assert states["runs"] == "bad"
     assert states["JAX"] == "good"

@@ -91,7 +91,7 @@ def test_a_study_in_a_file(tmp_path):
         ("[[factor]]\nfield = 'learning.gamma'\nvalues = []", "has no levels"),
         ("[[factor]]\nfield = 'learning.gamma'\nvalues = [7.0]", r"gamma = 7\.0: must be from 0"),
         ("[[factor]]\nfield = 'learning.gama'\nvalues = [0.9]", "unknown field 'gama'"),
-        ("[[factor]]\nfield = 'learning.gamma'\nvalues = [0.9, 0.9]", "has '0.9' twice"),
+        ("[[factor]]\nfield = 'learning.gamma'\nvalues = [0.9, 0.9]", "has level '0.9' twice"),
         ("[[factor]]\nvalues = [1]", "must have a field, or a name"),
         ("[[factor]]\nname = 'x'\n[[factor.level]]\ngamma = 1", "must be a table with a label"),
         ("seeds = 0.5", r"seeds = 0\.5: must be a whole number"),
