@@ -21,30 +21,30 @@ help: ## list the targets
 	@echo
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' Makefile
 	@echo
-	@echo "ARGS='...' goes to the command of land, tests and benchmarks: make test ARGS='-k ring'"
-	@echo "PYTHON=... names the Python of a new .venv: make land PYTHON=/path/to/python3.13"
+	@echo "ARGS='...' is passed to the command of land, tests and benchmarks: make test ARGS='-k ring'"
+	@echo "PYTHON=... sets the Python of a new .venv: make land PYTHON=/path/to/python3.13"
 
 land: $(READY) ## train a policy that lands, test it and draw its flights
 	@$(BIN)/touchdown train pilot $(ARGS)
 
-test: $(READY) test-cpp ## run the tests, all but the slow ones
+test: $(READY) test-cpp ## run all tests except the slow ones
 	@$(BIN)/pytest -n auto --maxprocesses 8 $(ARGS)
 
-test-all: $(READY) test-cpp ## run all tests, those that take minutes too
+test-all: $(READY) test-cpp ## run all tests, including slow ones
 	@$(BIN)/pytest -n auto --maxprocesses 8 -m '' $(ARGS)
 
-test-cpp: $(READY) ## build the C++ without Python and run its own tests
+test-cpp: $(READY) ## build the C++ code without Python and run its tests
 	@if command -v "$${CXX:-c++}" >/dev/null; then $(test_cpp); else \
-		echo "no C++ compiler: the C++ tests are left out"; fi
+		echo "no C++ compiler: skipping the C++ tests"; fi
 
-exactness: $(READY) ## compare N=1000000 steps of the exact engine with stock, as bytes
+exactness: $(READY) ## compare N=1000000 steps of the exact engine with stock, byte by byte
 	@$(BIN)/python tests/lander/engine/oracle.py $(N) $(ARGS)
 
-sanitize: $(READY) ## test the C++ modules built with sanitizers
+sanitize: $(READY) ## test the C++ modules with sanitizers
 	@$(BIN)/python tests/sanitized.py
 
-check: $(READY) ## lint, format, types, layers and docs, changing nothing
-# without ruff's cache, which does not see that a module has come, by which imports are sorted
+check: $(READY) ## check lint, format, types, layers and docs; changes nothing
+# without ruff's cache, which does not notice new modules, on which the order of imports depends
 	@$(BIN)/ruff check --no-cache
 	@$(BIN)/ruff format --check
 	@$(BIN)/clang-format --dry-run -Werror $(cpp)
@@ -57,20 +57,20 @@ docs: $(READY) ## build the documentation into site/
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 	@echo "docs: site/index.html"
 
-bench: $(BENCH_READY) ## compare the engine's, the training's and an update's speed, then peers
+bench: $(BENCH_READY) ## compare the speed of the engine, of training and of updates, then peers
 	@.venv-bench/bin/python benchmarks/engine_speed.py $(ARGS)
 	@.venv-bench/bin/python benchmarks/training_speed.py $(ARGS)
 	@.venv-bench/bin/python benchmarks/fused_update.py $(ARGS)
 	@$(MAKE) --no-print-directory peers ARGS=
 
-peers: $(BENCH_READY) ## train peers and presets side by side, for hours; continues if stopped
+peers: $(BENCH_READY) ## train peers and presets in turns, for hours; resumable
 	@.venv-bench/bin/python benchmarks/peers.py $(ARGS)
 
-paper: $(READY) ## redo the paper's experiments and docs/results, with SEEDS=10 a level; continues if stopped
+paper: $(READY) ## repeat the paper's experiments with SEEDS=10 per level and update docs/results; resumable
 	@$(BIN)/touchdown study run paper --seeds $(SEEDS) $(ARGS)
 	@$(BIN)/touchdown study report paper --out docs/results
 
-lock: $(READY) ## pin the newest packages that fit (UPGRADE= keeps the pins that still fit)
+lock: $(READY) ## pin the newest packages that fit (UPGRADE= keeps pins that still fit)
 	@$(BIN)/uv pip compile --quiet --universal --fork-strategy fewest --python-version 3.11 \
 		--extra dev --generate-hashes --no-header $(UPGRADE) -o requirements.lock pyproject.toml
 
@@ -79,7 +79,7 @@ format: $(READY) ## format the code and apply the linter's fixes
 	@$(BIN)/clang-format -i $(cpp)
 	@$(BIN)/ruff check --fix
 
-clean: ## remove everything that make has built; runs/ stays
+clean: ## remove everything that make has built, but keep runs/
 	@rm -rf .venv .venv-bench build site dist .import_linter_cache .pytest_cache .ruff_cache .hypothesis
 	@find src tests benchmarks -name __pycache__ -prune -exec rm -rf {} +
 
@@ -87,7 +87,7 @@ clean: ## remove everything that make has built; runs/ stays
 
 cpp = $(shell find csrc benchmarks/xla_engine -name '*.cpp' -o -name '*.hpp')
 
-# CMake cannot use a build that was copied or moved here from another folder.
+# CMake cannot use a build folder that was copied or moved here.
 cpp_build := build/cpp
 define test_cpp
 	{ grep -qsx 'CMAKE_HOME_DIRECTORY:INTERNAL=$(CURDIR)' $(cpp_build)/CMakeCache.txt || \
@@ -99,10 +99,10 @@ define test_cpp
 	$(BIN)/ctest --test-dir $(cpp_build) --output-on-failure
 endef
 
-# --- set-up ---
+# --- setup ---
 
-# An environment's .ready is written last and names the folder that it was made in: one that was
-# left half-made, has lost its Python or was moved is not ready, and is made again from nothing.
+# An environment's .ready is written last and names its folder. An environment that is incomplete,
+# has lost its Python or was moved is not ready, and is created again.
 ready = $(findstring <$(CURDIR)>,$(shell test -x $1/bin/python && cat $1/.ready 2>/dev/null))
 ifeq ($(call ready,.venv),)
 $(READY): FORCE
@@ -115,16 +115,16 @@ fits := import ensurepip, sys, venv; sys.exit(not (3, 11) <= sys.version_info < 
 python = $(shell for p in $(PYTHON); do "$$p" -c '$(fits)' 2>/dev/null && echo "$$p" && break; done)
 seen = $(shell for p in $(PYTHON); do "$$p" --version 2>/dev/null && break; done)
 no_python = Touchdown needs Python 3.11, 3.12 or 3.13 with its venv module (box2d has no wheel for \
-3.14), found $(or $(seen),no Python): install one, such as python3.13 and python3.13-venv, or name \
-one, make PYTHON=/path/to/python3.13
+3.14), found $(or $(seen),no Python): install one, such as python3.13 and python3.13-venv, or set \
+one: make PYTHON=/path/to/python3.13
 
 # $(call set-up,FOLDER): the locked packages and this project, editable
 define set-up
 $(if $(call ready,$1),,$(if $(python),,$(error $(no_python))))
-@echo "$(if $(call ready,$1),bringing $1 up to date,setting up $1 (a minute or two, once))"
+@echo "$(if $(call ready,$1),updating $1,setting up $1 (once; takes a minute or two))"
 @$(if $(call ready,$1),rm -f $1/.ready,rm -rf $1 && $(python) -m venv $1)
-@command -v c++ >/dev/null || echo "no C++ compiler: the exact engine is left out and stock \
-	Gymnasium flies instead, more slowly; install one, such as g++, and run make again"
+@command -v c++ >/dev/null || echo "no C++ compiler: the exact engine is not built, and the \
+	slower stock Gymnasium is used; install one, such as g++, and run make again"
 @$1/bin/python -m pip install -qq --disable-pip-version-check uv==$(UV_VERSION)
 @$1/bin/uv pip sync --quiet --python $1/bin/python --require-hashes requirements.lock
 @$1/bin/uv pip install --quiet --python $1/bin/python --no-deps --no-build-isolation --editable .
@@ -137,7 +137,7 @@ $(READY): requirements.lock pyproject.toml $(compiled)
 	$(call set-up,.venv)
 	@echo '<$(CURDIR)>' > $@
 
-# pip rather than uv: it takes a build of torch for the CPU where the machine offers one
+# pip instead of uv, because it selects a CPU build of torch if the machine offers one
 $(BENCH_READY): requirements.lock pyproject.toml $(compiled) benchmarks/requirements.txt
 	$(call set-up,.venv-bench)
 	@.venv-bench/bin/pip install -qq --disable-pip-version-check -r benchmarks/requirements.txt

@@ -1,4 +1,4 @@
-"""On the cliff, Q-learning learns the short path along the edge, SARSA a safe one away from it.
+"""On the cliff, Q-learning learns the short path along the edge, and SARSA a safer path.
 
     python benchmarks/cliff.py --out docs/pictures/cliff.png
 
@@ -36,7 +36,7 @@ def config_of(preset: str, seed: int) -> Config:
 
 
 def learn(config: Config, steps: int) -> tuple[TabularAgent, list[float]]:
-    """Train an agent for a number of steps; returns it and the returns of its episodes."""
+    """Train an agent for a number of steps; return it and the returns of its episodes."""
     pool = make_pool(config.env_id, 1, "gymnasium")
     agent = TabularAgent(config, pool.spaces, streams(config.seed))
 

@@ -1,11 +1,11 @@
 """Steps of the lander per second: the exact engine against stock Gymnasium and EnvPool.
 
 All step the same number of landers with the same kind of actions on one core. They take turns in
-one process, so that a change in the speed of the machine affects all. Only `step` is timed, in the
-steady state, when some landers are in flight, some touch the ground and some are reset. Run it with
+one process, so that changes in machine speed affect all. Only `step` is timed, in the
+steady state, when some landers fly, some touch the ground and some are reset. Run it with
 `make bench`.
 
-Actions are random, or a policy's: the PID controller's, or those of the policy in `--policy`.
+Actions are random, from the PID controller, or from the policy in `--policy`.
 """
 
 import argparse
@@ -47,7 +47,7 @@ class Side:
         self.grounded: list[float] = []
 
     def fly(self, steps: int) -> float:
-        """Seconds that a number of steps took."""
+        """Seconds for a number of steps."""
         seconds = 0.0
         for _ in range(steps):
             actions = self._policy(self._observations)
@@ -91,7 +91,7 @@ def envpool_landers(num_envs: int) -> Any:
 
 
 def single_rate(env: gymnasium.Env, rng: np.random.Generator, steps: int) -> float:
-    """Steps per second of one environment through Gymnasium's wrappers, resets not timed."""
+    """Steps per second of one environment through Gymnasium's wrappers, without resets."""
     env.reset()
     seconds = 0.0
     for action in rng.integers(0, 4, steps).tolist():
@@ -104,7 +104,7 @@ def single_rate(env: gymnasium.Env, rng: np.random.Generator, steps: int) -> flo
 
 
 def compare(title: str, sides: dict[str, Callable[[], float]], rounds: int) -> None:
-    """Take turns; print the rate of each side, and the ratio of the first to each other."""
+    """Take turns; print the rate of each side, and the ratios of the first to the others."""
     rates: dict[str, list[float]] = {name: [] for name in sides}
     for _ in range(rounds):
         for name, rate in sides.items():
@@ -129,7 +129,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--num-envs", type=int, default=1024)
     names = ("--policy", "--pilot")  # the second is the former name
-    parser.add_argument(*names, default="pid", help="a name or file, as for `touchdown fly`")
+    parser.add_argument(*names, default="pid", help="name or file of a policy")
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
     cores = os.sched_getaffinity(0)
@@ -156,7 +156,7 @@ def main() -> None:
             if env is not None
         }
         for side in sides.values():
-            side.fly(600)  # until the landers' episodes end at different times
+            side.fly(600)  # until the episodes end at different times
         compare(title, {name: side.rate for name, side in sides.items()}, args.rounds)
         print(f"  on the ground: {np.mean(sides['touchdown'].grounded):.0%} of touchdown's landers")
         for env, _ in envs.values():

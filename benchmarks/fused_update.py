@@ -1,9 +1,9 @@
-"""The update of the fused kernel against JAX's, and against the minimal time of its arithmetic.
+"""Compares updates of the fused kernel with JAX's, and with the minimal time of their arithmetic.
 
     python benchmarks/fused_update.py --rounds 9
 
-The floor is the number of multiplications and additions of an update at the rate of NumPy's product
-of two large matrices, measured in the same run: no kernel on this machine is faster than that. Both
+The lower bound is the time of an update's multiplications and additions at the rate of NumPy's
+product of two large matrices, measured in the same run; no kernel on this machine is faster. Both
 sides take turns on one core.
 """
 
@@ -13,7 +13,7 @@ import statistics
 import time
 from collections.abc import Callable
 
-os.environ["OPENBLAS_NUM_THREADS"] = "1"  # NumPy reads it when it is imported
+os.environ["OPENBLAS_NUM_THREADS"] = "1"  # NumPy reads this on import
 
 import jax
 import numpy as np
@@ -69,7 +69,7 @@ def measure(
     layer_norm: bool,
     args: argparse.Namespace,
 ) -> tuple[float, float, float]:
-    """Microseconds of JAX's update and of the fused one, and their ratio, medians over rounds."""
+    """Microseconds of JAX's update and the fused one, and their ratio, as medians over rounds."""
     shape = NetworkConfig(hidden_sizes=hidden, layer_norm=layer_norm)
     config = LearningConfig(
         double=double, loss="huber", max_grad_norm=10.0, target_period=1000, learning_rate=1e-4
@@ -114,7 +114,7 @@ def main() -> None:
     device.use_default()
     rate = fastest_product()
     print(f"{cpu_name()}, one core, {simd()}; matrix products {rate / 1e9:.0f} GFLOP/s\n")
-    print("| network | batch | JAX, µs | fused, µs | times as fast | floor, µs |")
+    print("| network | batch | JAX, µs | fused, µs | speed-up | lower bound, µs |")
     print("| --- | ---: | ---: | ---: | ---: | ---: |")
     for hidden, batch_size, double, layer_norm in SHAPES:
         theirs, ours, ratio = measure(hidden, batch_size, double, layer_norm, args)

@@ -1,8 +1,8 @@
-"""The cost of each part of DQN: the time of one update against plain DQN's, on one core.
+"""The cost of each part of DQN: the time of one update compared with plain DQN's, on one core.
 
 Every agent gets the same random transitions, one update each, from a full replay memory, with the
-network and the minibatch of the preset `pilot`. Agents take turns in one process, so that a change
-in the speed of the machine affects all.
+network and the minibatch of the preset `pilot`. Agents take turns in one process, so that changes
+in machine speed affect all.
 """
 
 import argparse
@@ -41,7 +41,7 @@ PARTS: dict[str, dict[str, dict[str, object]]] = {
 
 
 def config_of(part: str) -> Config:
-    """The config of `pilot` with one part added, and no lines of metrics."""
+    """The config of `pilot` with one part added, and without metrics."""
     config = replace(PLAIN, training=replace(PLAIN.training, metrics_period=10**9))
     for section, values in PARTS[part].items():
         config = replace(config, **{section: replace(getattr(config, section), **values)})
@@ -54,13 +54,13 @@ def new_agent(config: Config) -> DQNAgent:
 
 
 class Fed:
-    """An agent with a full replay memory, and the transitions that it is fed."""
+    """An agent with a full replay memory, and the transitions that it observes."""
 
     def __init__(self, config: Config, rng: np.random.Generator) -> None:
         self._agent = new_agent(config)
         rows = rng.normal(size=(2_001, 1, 8)).astype(np.float32)
         no = np.zeros(1, np.bool_)
-        # made beforehand, so that only the agent's own time is measured
+        # made in advance, so that only the agent's time is measured
         self._fed: list[tuple[FloatArray, IntArray, StepResult]] = [
             (row, np.array([i % 4]), StepResult(after, row[:, 0].astype(float), no, no))
             for i, (row, after) in enumerate(pairwise(rows))
@@ -92,13 +92,13 @@ def main() -> None:
     device.use("cpu")
     agents = {part: Fed(config_of(part), np.random.default_rng(0)) for part in PARTS}
     for agent in agents.values():
-        agent.seconds(200)  # past the compilation
+        agent.seconds(200)  # after the compilation
     times: dict[str, list[float]] = {part: [] for part in agents}
     for _ in range(args.rounds):
         for part, agent in agents.items():
             times[part].append(agent.seconds(args.updates))
     print(f"{cpu_name()}, one core; {args.rounds} rounds of {args.updates} updates\n")
-    print("| part | µs an update, median | times plain DQN's, median (least-most) |")
+    print("| part | µs per update, median | ratio to plain DQN, median (min-max) |")
     print("| --- | ---: | ---: |")
     for part, values in times.items():
         ratios = [a / b for a, b in zip(values, times["plain DQN"], strict=True)]

@@ -1,18 +1,18 @@
-"""DQN of other libraries against this project's presets on the lander, by wall clock.
+"""Compares DQNs of other libraries with this project's presets on the lander, by wall-clock time.
 
     python benchmarks/peers.py --presets pilot swift --seeds 0 1 2
 
-Every peer trains with the parameters that it publishes for the lander, in stock Gymnasium, as its
+Every peer trains with its published parameters for the lander, on stock Gymnasium, as its
 users would. All take turns on this machine, one process at a time, each on as many cores as it has
 threads: `pilot:2` gives a preset two threads.
 
 A peer is evaluated at intervals with its clock stopped: greedily on 100 validation starts, and if
 the result is its best so far, or 200 or more, on 100 test starts on stock Gymnasium. It holds the
-policy that was best in validation. A preset's own validations count in its time, and it holds the
-policy that it selected by them.
+policy that was best in validation. A preset's own validations count towards its time, and it holds
+the policy that they select.
 
-Finished runs are not repeated. A run that was stopped starts again from scratch, because its clock
-cannot be resumed.
+Finished runs are not repeated. An interrupted run is restarted, because its clock cannot be
+resumed.
 """
 
 import argparse
@@ -46,11 +46,11 @@ PEERS = {"sb3": "Stable-Baselines3 DQN", "sbx": "SBX DQN", "tianshou": "Tianshou
 OWN = [("pilot", 1), ("swift", 2)]
 PACKAGES = ("gymnasium", "stable-baselines3", "sbx-rl", "tianshou", "torch", "jax", "touchdown")
 LEFT_OUT = (
-    "CleanRL is not among them: its package (1.2.0) wants Python before 3.11 and gym 0.23, its "
-    "dqn.py is a script that cannot be imported to be watched, and no parameters for the lander "
-    "are published with it."
+    "CleanRL is not included: its package (1.2.0) needs Python before 3.11 and gym 0.23, its "
+    "dqn.py is a script that cannot be imported and evaluated while it trains, and it publishes "
+    "no parameters for the lander."
 )
-_LATE = 0.1  # seconds; a look begins within one step after its mark
+_LATE = 0.1  # seconds; an evaluation begins within one step after its mark
 
 Row = dict[str, Any]
 
@@ -63,9 +63,9 @@ class Job:
     seed: int
     threads: int
     cap: int | None
-    """Limit on environment steps; None for the published number."""
+    """Limit of environment steps; None for the published number."""
     seconds: float | None
-    """Limit on the seconds of a peer's training; None for no limit."""
+    """Limit of the seconds of a peer's training; None for no limit."""
 
     def path(self, runs: Path) -> Path:
         """The path of its record."""
@@ -82,7 +82,7 @@ def setting() -> Row:
 
 
 def measure(job: Job, runs: Path) -> None:
-    """Train once and write the record; runs in its own process."""
+    """Train once and write the record; runs in a separate process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent process ends this one
     path = job.path(runs)
     unfinished = path.with_suffix(".unfinished")
@@ -109,7 +109,7 @@ def measure(job: Job, runs: Path) -> None:
 
 
 def is_finished(job: Job, runs: Path) -> bool:
-    """Whether a job is measured already.
+    """Whether a job has already been measured.
 
     Raises:
         SystemExit: it was measured with other settings.
@@ -120,13 +120,13 @@ def is_finished(job: Job, runs: Path) -> bool:
     facts, *_ = files.read_jsonl(path)
     if asdict(job).items() <= facts.items():
         return True
-    raise SystemExit(f"{path}: of {facts}, asked for {job}; choose another --runs-dir")
+    raise SystemExit(f"{path}: is a record of {facts}, must be of {job}; choose another --runs-dir")
 
 
 def run(job: Job, runs: Path) -> bool:
-    """Measure a job in a new process on its own cores; returns whether it succeeded."""
+    """Measure a job in a new process on its own cores; return whether it succeeded."""
     cores = os.sched_getaffinity(0)
-    # set before the start, so that threads that libraries start on import inherit it
+    # set before the start, so that threads started by libraries on import inherit it
     os.sched_setaffinity(0, sorted(cores)[-job.threads :])
     process = multiprocessing.get_context("spawn").Process(target=measure, args=(job, runs))
     try:
@@ -140,13 +140,13 @@ def run(job: Job, runs: Path) -> bool:
 
 
 def records_of(system: str, seeds: Sequence[int], runs: Path) -> list[list[Row]]:
-    """The record of each finished run of a system: the setting, then the looks."""
+    """The record of each finished run of a system: the settings, then the evaluations."""
     paths = [runs / f"{system}-{seed}.jsonl" for seed in seeds]
     return [files.read_jsonl(path) for path in paths if path.is_file()]
 
 
 def seconds_to_solved(rows: Sequence[Row]) -> float:
-    """Time of the first look at a policy that validation and test call solved; ∞ if none."""
+    """Time of the first evaluation whose validation and test are both solved; ∞ if none."""
     solved = (
         row["seconds"]
         for row in rows
@@ -156,7 +156,7 @@ def seconds_to_solved(rows: Sequence[Row]) -> float:
 
 
 def held_at(rows: Sequence[Row], seconds: float) -> float | None:
-    """Test return of the policy that a run holds at a time; None before the first."""
+    """Test return of the policy held at a time; None before the first one."""
     held = [r["test_return"] for r in rows if r["held"] and r["seconds"] <= seconds + _LATE]
     return held[-1] if held else None
 
@@ -169,7 +169,7 @@ def in_words(seconds: float) -> str:
 
 
 def spread(values: Sequence[float | None]) -> str:
-    """A mean over seeds, with the least and the most."""
+    """A mean over seeds, with minimum and maximum."""
     known = [value for value in values if value is not None]
     if len(known) < len(values) or not known:
         return "–"
@@ -190,7 +190,7 @@ def markdown(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 def time_table(measured: Mapping[str, list[list[Row]]], threads: Mapping[str, int]) -> str:
     """The table of seconds to a verified policy, and to the end of training."""
-    columns = ("system", "threads", "to a verified 200, s", "each seed", "to its end, s")
+    columns = ("system", "threads", "time to a verified 200, s", "each seed", "time to its end, s")
     rows: list[list[str]] = []
     for system, runs in measured.items():
         solved = [seconds_to_solved(looks) for looks in runs]
@@ -211,7 +211,7 @@ def time_table(measured: Mapping[str, list[list[Row]]], threads: Mapping[str, in
 
 
 def return_table(measured: Mapping[str, list[list[Row]]]) -> str:
-    """The table of test returns of the held policies at equal times, and at the end."""
+    """The table of test returns of the held policies at equal times and at the end."""
     columns = ("system", *(f"{mark:.0f} s" for mark in MARKS), "end", "last weights", "landed")
     rows: list[list[str]] = []
     for system, runs in measured.items():
@@ -244,13 +244,13 @@ def report(systems: Mapping[str, int], seeds: Sequence[int], runs: Path) -> str:
     measured = {s: [looks for _, *looks in found] for s, found in records.items() if found}
     verified = (
         "Verified: on 100 validation starts, then on 100 test starts on stock Gymnasium, both "
-        "greedily; in bold the median of the seeds. A preset's end is its own choice of a policy, "
-        "a peer's that of its published budget or of the seconds that it was given."
+        "greedily. Bold: the median over seeds. A preset ends when it has selected its policy, a "
+        "peer after its published budget or the given seconds."
     )
     returns = (
-        "Mean test return of the policy held, over the seeds, with the least and the most; – where "
-        "a seed holds none yet. Peers hold the best that free looks have seen; the last weights "
-        "are what is left without such looks."
+        "Mean test return of the held policy over seeds, with minimum and maximum; – if a seed "
+        "holds none yet. Peers hold the best policy in evaluations at no time cost; the final "
+        "weights show the result without them."
     )
     decided: list[str] = []
     for system in (name for name in measured if name not in PEERS):
@@ -258,8 +258,8 @@ def report(systems: Mapping[str, int], seeds: Sequence[int], runs: Path) -> str:
         known = [own.seconds_to_decision(f) for f in folders if f.best.is_file()]
         seconds = ", ".join(map(in_words, known))
         decided.append(
-            f"`{system}` had trained enough after {seconds} s by its own records; the rest of its "
-            "time is the choice among its checkpoints."
+            f"`{system}` stopped training after {seconds} s by its own records; the rest of its "
+            "time is checkpoint selection."
         )
     parts = [
         settings_of([record for found in records.values() for record in found]),
@@ -291,7 +291,7 @@ def system_of(text: str) -> tuple[str, int]:
     """A system and its threads from `name` or `name:threads`."""
     name, _, threads = text.partition(":")
     if name not in PEERS and name not in presets.PRESETS:
-        raise argparse.ArgumentTypeError(f"{name!r}: neither a peer nor a preset")
+        raise argparse.ArgumentTypeError(f"{name!r}: must be a peer or a preset")
     count = int(threads or 1)
     if not 1 <= count <= len(os.sched_getaffinity(0)):
         raise argparse.ArgumentTypeError(f"{text!r}: threads must be as many as there are cores")
@@ -305,17 +305,17 @@ def main() -> None:
     parser.add_argument("--peers", nargs="*", choices=list(PEERS), default=list(PEERS))
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2])
     names = ("--env-steps", "--observations")  # the second is the former name
-    parser.add_argument(*names, type=int, help="fewer than published, for a quick try")
-    parser.add_argument("--seconds", type=float, help="limit on a peer's training")
+    parser.add_argument(*names, type=int, help="fewer steps than published, for a quick try")
+    parser.add_argument("--seconds", type=float, help="limit of a peer's training in seconds")
     parser.add_argument("--runs-dir", type=Path, default=Path("runs") / "peers")
     parser.add_argument(
-        "--table", action="store_true", help="print existing results, train nothing"
+        "--table", action="store_true", help="print existing results without training"
     )
     parser.add_argument("--figures", type=Path, help="folder for the picture")
     args = parser.parse_args()
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends the child process too
     systems: dict[str, int] = dict.fromkeys(args.peers, 1) | dict(args.presets)
-    # seed by seed, so that a change in the speed of the machine affects all
+    # seed by seed, so that changes in machine speed affect all
     jobs = [
         Job(system, seed, threads, args.env_steps, args.seconds if system in PEERS else None)
         for seed in args.seeds
@@ -331,7 +331,7 @@ def main() -> None:
             if not run(job, args.runs_dir):
                 failed.append(name)
         except KeyboardInterrupt:
-            sys.exit(f"stopped during {name}; the same command continues")
+            sys.exit(f"stopped during {name}; run the same command to continue")
     print(report(systems, args.seeds, args.runs_dir))
     if args.figures:
         draw(systems, args.seeds, args.runs_dir, args.figures)

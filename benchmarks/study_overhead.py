@@ -1,11 +1,11 @@
-"""The overhead of a study: the same runs back to back, and as a study.
+"""The overhead of a study: the same runs back to back and as a study.
 
     python benchmarks/study_overhead.py --runs 8 --rounds 2
 
-Back to back: one process per worker, one thread each, each with its share of the runs in a plain
-loop from training to the last test episode. As a study: the same runs, handed out by the study's
+Back to back: one process per worker with one thread, each with a share of the runs in a plain
+loop from training to the last test episode. As a study: the same runs, assigned by the study's
 runner to the same number of workers. The two take turns on one machine, each in new folders; the
-start and the imports of the processes count on both sides.
+start and the imports of the processes are included on both sides.
 """
 
 import argparse
@@ -40,13 +40,13 @@ def jobs_of(runs: int, env_steps: int) -> list[TrainJob]:
 
 
 def do_all(jobs: Sequence[TrainJob], store: Path) -> None:
-    """Do jobs one after the other, in this process."""
+    """Run jobs one after the other in this process."""
     for job in jobs:
         job.perform(store, lambda: False, lambda _: None)
 
 
 def back_to_back(jobs: Sequence[TrainJob], workers: int, store: Store) -> None:
-    """Do jobs in plain processes."""
+    """Run jobs in plain processes."""
     context = multiprocessing.get_context("spawn")
     with threads.one_thread_each():
         processes = [
@@ -60,7 +60,7 @@ def back_to_back(jobs: Sequence[TrainJob], workers: int, store: Store) -> None:
 
 
 def as_study(jobs: Sequence[TrainJob], workers: int, store: Store) -> None:
-    """Do jobs by the study's runner."""
+    """Run jobs with the study's runner."""
     runner.run_jobs(jobs, store, LocalExecutor(workers))
 
 
@@ -100,7 +100,7 @@ def main() -> None:
             f"share {ratios[-1]:.1%}",
             flush=True,
         )
-    print(f"share of the study's wall clock that its runs take: {statistics.median(ratios):.1%}")
+    print(f"runs back to back over the study's wall-clock time: {statistics.median(ratios):.1%}")
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
-"""Training steps per second with one update per environment step, against Stable-Baselines3's DQN.
+"""Training steps per second with one update per step, compared with Stable-Baselines3's DQN.
 
 Both sides have the same environment, network [100, 100, 100], batch 64, replay memory, target
-period, ε and optimiser, one thread and one core. They take turns in one process, so that a change
-in the speed of the machine affects both. Run it with `make bench`.
+period, ε and optimiser, one thread and one core. They take turns in one process, so that changes
+in machine speed affect both. Run it with `make bench`.
 """
 
 import argparse
@@ -103,7 +103,7 @@ def main() -> None:
         "stable-baselines3": theirs(config),
     }
     for train in sides.values():
-        train(2 * config.replay.min_size)  # past compilation, and until the memory holds min_size
+        train(2 * config.replay.min_size)  # past compilation and warm-up of the replay memory
     rates: dict[str, list[float]] = {name: [] for name in sides}
     for _ in range(args.rounds):
         for name, train in sides.items():

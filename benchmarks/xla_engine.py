@@ -1,4 +1,4 @@
-"""Stepping without Python in the loop: the engine as a custom call in XLA's compiled loop.
+"""Steps without Python in the loop: the engine as a custom call in XLA's compiled loop.
 
     python benchmarks/xla_engine.py --num-envs 64
 
@@ -51,7 +51,7 @@ def compiled(folder: Path) -> ctypes.CDLL:
 
 
 class Bare:
-    """A loop of only two calls; environments whose episode ended are reset one step later."""
+    """A loop of only two calls; ended episodes are reset one step later."""
 
     def __init__(self, count: int, network: FusedNetwork, params: Any) -> None:
         self._batch = Batch(count)
@@ -69,7 +69,7 @@ class Bare:
         self._q = np.zeros((count, A), np.float32)
 
     def fly(self, steps: int) -> list[tuple[Any, Any]]:
-        """Act greedily; returns the actions and tasks of each step."""
+        """Act greedily; return the actions and tasks of each step."""
         actions, observations, _, terminated, tasks = self._arrays
         flown: list[tuple[Any, Any]] = []
         for _ in range(steps):
@@ -103,7 +103,7 @@ class Greedy:
 
 
 def in_xla(library: ctypes.CDLL, count: int, network: QNetwork, params: Any) -> Any:
-    """A function that flies a given number of steps in one compiled call."""
+    """A function that runs a given number of steps in one compiled call."""
     library.make_flock.restype = ctypes.c_void_p
     library.make_flock.argtypes = [ctypes.c_int64, ctypes.c_int64]
     address = library.make_flock(count, 1)
@@ -174,7 +174,7 @@ def main() -> None:
         for name, call in ways.items():
             taken[name].append(seconds(call))
     print(f"{cpu_name()}, one core; {count} environments, network {list(SHAPE.hidden_sizes)}\n")
-    print("| way to fly | µs per step of all environments, median | least | most |")
+    print("| method | µs per step of all environments, median | minimum | maximum |")
     print("| --- | ---: | ---: | ---: |")
     for name, each in taken.items():
         micro = [1e6 * one / steps for one in each]

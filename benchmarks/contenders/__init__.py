@@ -1,1 +1,1 @@
-"""Who takes part in `benchmarks/peers.py`, one a module, and how each is watched."""
+"""The systems in `benchmarks/peers.py`, one per module, and their evaluation during training."""

@@ -1,4 +1,4 @@
-"""A preset of this project, trained as a run of its own."""
+"""A preset of this project, trained as a separate run."""
 
 import shutil
 import threading
@@ -20,7 +20,7 @@ _POLL_SECONDS = 0.02
 
 
 class _Keeper:
-    """Keeps every policy that a run holds while it trains, with its time.
+    """Keeps every best policy of a run during training, with its time.
 
     A run overwrites its best policy whenever it finds a better one. This class polls that file, so
     that it needs no access to the training.
@@ -48,9 +48,9 @@ class _Keeper:
 
 
 def seconds_to_decision(folder: RunFolder) -> float:
-    """Seconds until a run decided that it had trained enough, from its own records.
+    """Seconds until a run decided to stop training early, from its records.
 
-    They count from the creation of the agent, with compilation and validations.
+    They count from the creation of the agent, including compilation and validations.
 
     Raises:
         UserError: the records of the run are broken.
@@ -60,13 +60,13 @@ def seconds_to_decision(folder: RunFolder) -> float:
 
 
 def train(name: str, config: Config, runs: Path, judge: Judge) -> None:
-    """Train once from scratch, then evaluate every policy that the run held.
+    """Train once from scratch, then evaluate every best policy of the run.
 
     Args:
-        name: of the run.
-        config: of the run.
-        runs: folder to make the run in; an unfinished run of that name is deleted, because its
-            clock would not count the time to restart.
+        name: name of the run.
+        config: config of the run.
+        runs: folder for the run; an unfinished run with that name is deleted, because its clock
+            would not include the time to restart.
         judge: evaluates the policies.
     """
     device.use_default()
@@ -87,7 +87,7 @@ def train(name: str, config: Config, runs: Path, judge: Judge) -> None:
 
 
 def config_of(preset: str, seed: int, cap: int | None) -> Config:
-    """The config of a preset with a seed, and with `cap` environment steps at most if given."""
+    """The config of a preset with a seed, and at most `cap` environment steps if given."""
     config = replace(presets.preset(preset), seed=seed)
     if cap is None:
         return config

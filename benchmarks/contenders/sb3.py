@@ -1,4 +1,4 @@
-"""Stable-Baselines3's DQN as RL Zoo sets it for the lander."""
+"""Stable-Baselines3's DQN with RL Zoo's settings for the lander."""
 
 from typing import Any
 
@@ -31,7 +31,7 @@ class Greedy:
     """The greedy policy of a model in its current state.
 
     Args:
-        model: of Stable-Baselines3, or with its interface.
+        model: a Stable-Baselines3 model, or one with its interface.
     """
 
     def __init__(self, model: Any) -> None:
@@ -56,20 +56,20 @@ class _Steps(BaseCallback):
 
 
 def learn(algorithm: Any, greedy: type[Greedy], seed: int, env_steps: int, watch: Watch) -> None:
-    """Train an algorithm with Stable-Baselines3's interface.
+    """Train an algorithm that has Stable-Baselines3's interface.
 
     Args:
-        algorithm: its class.
+        algorithm: class of the algorithm.
         greedy: makes the policy of a model.
-        seed: of the training.
-        env_steps: to train for.
-        watch: evaluates it while it trains.
+        seed: training seed.
+        env_steps: environment steps of training.
+        watch: evaluates it during training.
     """
     model = algorithm(
         "MlpPolicy",
         gymnasium.make(ENV_ID),
         **ZOO,
-        # not a seed of validation or test starts
+        # outside the seeds of validation and test starts
         seed=training_start(seed, 0),
         device="cpu",
     )

@@ -1,4 +1,4 @@
-"""SBX's DQN, Stable-Baselines3 in JAX, as RL Zoo sets it for the lander."""
+"""SBX's DQN (Stable-Baselines3 in JAX) with RL Zoo's settings for the lander."""
 
 import numpy as np
 from sbx import DQN
@@ -13,7 +13,7 @@ _ROWS = 100
 
 
 class _Padded(sb3.Greedy):
-    """Always asks for the same number of actions, because JAX compiles anew for each number."""
+    """Always requests the same number of actions, because JAX compiles again for each number."""
 
     def act(self, observations: FloatArray) -> IntArray:
         """An action for each observation: [N, 8] to [N]."""

@@ -1,4 +1,4 @@
-"""Tianshou's DQN with the settings of its own example for the lander."""
+"""Tianshou's DQN with the settings of its example for the lander."""
 
 import math
 
@@ -17,8 +17,8 @@ from contenders.watch import ENV_ID, Watch
 from touchdown.core.seeding import training_start
 from touchdown.core.types import FloatArray, IntArray
 
-# examples/box2d/lunarlander_dqn.py of Tianshou, "found by Optuna"; all ten epochs are
-# trained, while the example stops at the first of its own tests that counts as solved
+# examples/box2d/lunarlander_dqn.py of Tianshou, "found by Optuna"; it trains all ten epochs,
+# while the example stops at the first of its own tests that counts as solved
 ENV_STEPS = 800_000
 _EPOCH = 80_000
 _NUM_ENVS = 16
@@ -42,7 +42,7 @@ class _Greedy:
 
 def train(seed: int, env_steps: int, watch: Watch) -> None:
     """Train once."""
-    first = training_start(seed, 0)  # not a seed of validation or test starts
+    first = training_start(seed, 0)  # outside the seeds of validation and test starts
     np.random.seed(first)  # noqa: NPY002 - the generator that Tianshou explores with
     torch.manual_seed(first)
     envs = DummyVectorEnv([lambda: gymnasium.make(ENV_ID) for _ in range(_NUM_ENVS)])
@@ -91,5 +91,5 @@ def train(seed: int, env_steps: int, watch: Watch) -> None:
             show_progress=False,
         )
     )
-    # the trainer counted from zero again
+    # the trainer restarted its count at zero
     watch.end(_WARM_UP + collector.collect_step, greedy)

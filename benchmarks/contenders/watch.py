@@ -1,4 +1,4 @@
-"""Evaluating a policy while it trains, with its clock stopped."""
+"""Evaluates a policy during training, with its clock stopped."""
 
 import time
 from collections.abc import Callable, Generator, Sequence
@@ -14,22 +14,22 @@ from touchdown.lander.rules import SOLVED_RETURN
 
 ENV_ID = "LunarLander-v3"
 FIRST_LOOK = 5.0  # seconds
-RATIO = 1.08  # of the times of two looks: evenly spaced on a logarithmic axis
+RATIO = 1.08  # ratio of the times of two evaluations: evenly spaced on a logarithmic axis
 
-# apart from those that a preset selects its own checkpoints on
+# different from those that a preset selects its checkpoints on
 _VALIDATION = VALIDATION_STARTS[500_000:500_100]
 _TEST = TEST_STARTS[:100]
 
 
 class Stopwatch:
-    """Seconds of training; it stops during evaluations."""
+    """A clock of training that stops during evaluations."""
 
     def __init__(self) -> None:
         self._began = time.perf_counter()
         self._stopped = 0.0
 
     def seconds(self) -> float:
-        """Seconds since it was made, without those in which it was stopped."""
+        """Seconds since its creation, without those in which it was stopped."""
         return time.perf_counter() - self._began - self._stopped
 
     @contextmanager
@@ -43,10 +43,10 @@ class Stopwatch:
 
 
 def next_look(seconds: float, marks: Sequence[float]) -> float:
-    """The time of the next look: `RATIO` after the last one, and at every mark.
+    """The time of the next evaluation: `RATIO` times the last one, and at every mark.
 
     Args:
-        seconds: time of the last look.
+        seconds: time of the last evaluation.
         marks: seconds at which all systems are compared.
     """
     regular = max(FIRST_LOOK, seconds * RATIO)
@@ -59,7 +59,7 @@ class Judge:
     Validation uses the exact engine, which equals stock to the last bit; a test uses stock itself.
 
     Args:
-        record: called with the result of a look, as a JSON object.
+        record: called with the result of an evaluation, as a JSON object.
     """
 
     def __init__(self, record: Callable[[dict[str, Any]], object]) -> None:
@@ -78,15 +78,15 @@ class Judge:
         chosen: bool = False,
         last: bool = False,
     ) -> None:
-        """Validate a policy; test it if it is held from now on, or if validation calls it solved.
+        """Validate a policy; test it if it becomes the held policy or is solved in validation.
 
         Args:
             policy: to evaluate.
-            seconds: of training.
-            env_steps: of training.
-            chosen: whether the system itself selected the policy; else the best in validation is
-                held.
-            last: whether these are the last weights of the training.
+            seconds: seconds of training.
+            env_steps: environment steps of training.
+            chosen: whether the system itself selected the policy; otherwise the best in
+                validation is held.
+            last: whether these are the final weights of training.
         """
         results = self._validation.rollout(policy, _VALIDATION)
         validation = float(np.mean([result.episode_return for result in results]))
@@ -113,12 +113,12 @@ class Enough(Exception):  # noqa: N818 - not an error: the peer's time is over
 
 
 class Watch:
-    """Evaluates a peer from time to time.
+    """Evaluates a peer at intervals.
 
     Args:
         judge: evaluates its policies.
         marks: seconds at which all systems are compared.
-        most: limit on the seconds of training.
+        most: limit of the seconds of training.
     """
 
     def __init__(self, judge: Judge, marks: Sequence[float], most: float = np.inf) -> None:

@@ -1,7 +1,7 @@
 """Touchdown: a deep Q-learning laboratory for the lunar lander.
 
-The functions here do the same as the verbs of the command line. Each is loaded when it is first
-used, so importing the package is quick.
+The functions here do the same as the verbs of the command line. They are loaded on first use, so
+importing the package is fast.
 """
 
 import importlib

@@ -339,11 +339,11 @@ def test_two_parts_learn_together_or_are_refused_with_the_reason(
     pair: tuple[str, str], new_agent: NewAgent
 ):
     if set(pair) == {"double", "soft updates"}:  # two targets at once
-        with pytest.raises(ValueError, match="copied or updated softly, not both"):
+        with pytest.raises(ValueError, match="either copied or softly updated, not both"):
             new_agent(**together(*pair))
         return
     if set(pair) == {"quantiles", "atoms"}:  # two descriptions of one return
-        with pytest.raises(ValueError, match="one or the other, not both"):
+        with pytest.raises(ValueError, match="use one or the other"):
             new_agent(**together(*pair))
         return
     agent = new_agent(**together(*pair))

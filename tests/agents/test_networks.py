@@ -122,7 +122,7 @@ def test_parameters_by_name_make_the_same_network_again(
     params = network.init(jax.random.key(3))
     named = {name: np.asarray(value) for name, value in network.layers(params).items()}
     assert np.array_equal(network.params_of(named), params)
-    with pytest.raises(ValueError, match="the network needs"):
+    with pytest.raises(ValueError, match=r"it has .* must be"):
         network.params_of(named | {"more": np.zeros(1, np.float32)})
     name = next(iter(named))
     with pytest.raises(ValueError, match=f"{name} is float64"):

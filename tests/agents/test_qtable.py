@@ -15,7 +15,7 @@ def test_a_table_comes_back_from_its_layers_and_another_is_refused():
     params = np.arange(6.0)
     assert_array_equal(table.params_of(table.layers(params)), params)
     for layers, said in [
-        ({}, r"it holds \[\], a table has q"),
+        ({}, r"it has \[\], must be q, the table"),
         ({"q": np.zeros((3, 2))}, r"q is float64\(3, 2\), must be float64\(2, 3\)"),
         ({"q": np.zeros((2, 3), np.float32)}, r"q is float32\(2, 3\), must be float64\(2, 3\)"),
     ]:

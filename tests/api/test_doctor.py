@@ -17,7 +17,7 @@ def test_a_complete_installation_has_nothing_bad_and_names_its_instruction_set(t
     found = findings(tmp_path / "runs")
     assert [name for name, finding in found.items() if finding.state == "bad"] == []
     assert "avx" in found["exact engine"].text or "baseline" in found["exact engine"].text
-    assert "600 steps equal stock's" in found["exactness"].text
+    assert "600 steps equal to stock's" in found["exactness"].text
     assert str(tmp_path / "runs") in found["runs"].text
 
 
@@ -33,7 +33,7 @@ def test_what_is_missing_comes_with_advice(tmp_path, monkeypatch):
     found = findings(tmp_path)
     assert found["exact engine"].state == "note"
     assert "install a C++ compiler" in found["exact engine"].text
-    assert "needs a screen" in found["window"].text
+    assert "needs one" in found["window"].text
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="nothing is forbidden to root")
@@ -50,7 +50,7 @@ def test_a_file_instead_of_the_runs_folder_is_bad_and_the_verb_exits_with_2(tmp_
         app.main(["doctor", "--json", "--runs-dir", str(tmp_path / "runs")])
     assert ended.value.code == 2
     said = capsys.readouterr()
-    assert said.err == "touchdown: runs: will not work; the table says what would help\n"
+    assert said.err == "touchdown: runs: will not work; the table says how to fix it\n"
     states = {finding["name"]: finding["state"] for finding in json.loads(said.out)}
     assert states["runs"] == "bad"
     assert states["JAX"] == "good"

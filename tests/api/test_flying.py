@@ -46,7 +46,7 @@ def test_fly_needs_a_screen_for_a_window(monkeypatch):
 
 def test_a_run_without_weights_yet_says_so(tmp_path):
     folders.create(tmp_path, tiny(), "young")
-    with pytest.raises(touchdown.UserError, match="run 'young': no weights yet"):
+    with pytest.raises(touchdown.UserError, match="run 'young': has no weights"):
         touchdown.evaluate("young", runs_dir=tmp_path)
 
 

@@ -63,7 +63,7 @@ def test_a_folder_outside_the_runs_folder_does_not_hide_a_shipped_policy(
     (tmp_path / "ace").mkdir()
     monkeypatch.chdir(tmp_path)
     assert find_policy("ace", Path("runs"), LANDER).name == "ace"
-    with pytest.raises(UserError, match="holds no config"):
+    with pytest.raises(UserError, match="not a run, because it has no config"):
         find_policy("./ace", Path("runs"), LANDER)
 
 
@@ -82,13 +82,13 @@ def test_a_stable_baselines_archive_is_a_policy_for_the_environment_given(tmp_pa
     policy = find_policy(SB3 / "dqn.zip", tmp_path, LANDER)
     assert (policy.name, policy.env_id) == ("dqn", "LunarLander-v3")
     assert policy.policy.act(np.zeros((2, 8), np.float32)).shape == (2,)
-    with pytest.raises(UserError, match="the environment gives 4 and has 2 actions"):
+    with pytest.raises(UserError, match="the environment has observations of 4 and 2 actions"):
         find_policy(SB3 / "dqn.zip", tmp_path, "CartPole-v1")
 
 
 @pytest.mark.parametrize("name", ["x.onnx", "x.zip", "x.toml", "x.safetensors", "random"])
 def test_a_run_cannot_have_the_name_of_another_policy(tmp_path, name):
-    with pytest.raises(UserError, match="means another policy"):
+    with pytest.raises(UserError, match="is already the name of a policy"):
         folders.create(tmp_path, CONFIG, name)
 
 

@@ -89,7 +89,7 @@ def test_runs_of_a_version_that_recorded_no_flights_are_done_and_get_them_withou
     assert "data:image/gif" not in text
     command = f"touchdown study run {file} --results-dir {old}"
     said = (
-        "The flights of 4 finished runs are not recorded, so this page leaves out what shows them. "
+        "The flights of 4 finished runs are not recorded, so this page omits what needs them. "
         f"{command} records them without training."
     )
     assert html.escape(said) in text
@@ -179,8 +179,8 @@ def test_a_kind_of_run_that_is_not_known_is_flown_to_know_it(done, tmp_path):
         (["study", "run", "ladder", "--seeds", "0"], "seeds = 0: must be from 1"),
         (["study", "run", "ladder", "--on", "mars"], "on = 'mars': must be local, ray"),
         (["study", "run", "ladder", "--workers", "0"], "workers = 0: must be from 1"),
-        (["study", "status"], "holds no studies"),
-        (["study", "report", "--results-dir", "none"], "'none': holds no studies"),
+        (["study", "status"], "has no studies"),
+        (["study", "report", "--results-dir", "none"], "'none': has no studies"),
         (["compare", "nothing"], "run 'nothing': no such folder"),
         (["tune", "agent", "nothing"], "preset 'nothing': unknown"),
         (["tune", "agent", "tabular-q"], "algorithm = 'tabular': must be dqn or pqn"),

@@ -107,7 +107,7 @@ def test_the_policy_of_a_table_is_drawn_and_printed_as_a_map(tmp_path):
     env, _ = environment.make_env("FrozenLake-v1")
     grid = grid_of(env)
     env.close()
-    printed = text.partition("the policy learnt:\n")[2].splitlines()[:4]
+    printed = text.partition("learned policy:\n")[2].splitlines()[:4]
     q = files.read_tensors(run.folder.best)[0]["q"]
     assert printed == policy_map.policy_text(grid, q).splitlines()
     assert printed[1][2] == printed[1][6] == "H"

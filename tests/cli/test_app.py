@@ -57,7 +57,7 @@ from touchdown.cli import app
         ),
         (
             ["train", "tabular-q", "--env-id=MountainCar-v0", "--bins=4", "--bins-low", "-1", "0"],
-            "bins_low = (-1.0, 0.0): must be () or as many as bins = (4,)",
+            "bins_low = (-1.0, 0.0): must be () or as long as bins = (4,)",
         ),
         (["train", "tabular-q", "--bins", "0", "4"], "bins = (0, 4): must be at least 1 each"),
         (["train", "tabular-q", "--hidden-sizes=8"], "must stay (100, 100, 100) with algorithm"),
@@ -68,21 +68,21 @@ from touchdown.cli import app
         (["train", "--gradient-steps=0"], "gradient_steps = 0: must be 1 to 1000 updates"),
         (["train", "pqn", "--trace-decay=2"], "trace_decay = 2.0: must be from 0 to 1"),
         (["train", "--trace-decay=0.5"], "must stay 0.65 with algorithm = 'dqn'"),
-        (["train", "pilot", "--algorithm=pqn"], "with algorithm = 'pqn', which makes no use of it"),
+        (["train", "pilot", "--algorithm=pqn"], "with algorithm = 'pqn', which does not use it"),
         (["train", "pqn", "--minibatches=1000"], "num_envs * rollout_steps = 256"),
         (["train", "--target=expected-sarsa"], "must be q-learning or sarsa"),
         (["train", "double-dqn", "--target=sarsa"], "double = True: must be False with target"),
         (["train", "--resume=nix"], "run 'nix': no such folder in 'runs'"),
-        (["train", "dqn", "--resume=nix"], "resume 'nix': continues with the run's own settings"),
+        (["train", "dqn", "--resume=nix"], "resume 'nix': a run resumes with its own settings"),
         (["train", "--name=a/b"], "name 'a/b': must be a plain folder name"),
         (["train", "--name=n[red]m"], "name 'n[red]m': must be a plain folder name"),
-        (["train", "--name=pid"], "name 'pid': means another policy to evaluate and fly"),
-        (["train", "--name=x.toml"], "name 'x.toml': means another policy"),
+        (["train", "--name=pid"], "name 'pid': is already the name of a policy"),
+        (["train", "--name=x.toml"], "name 'x.toml': is already the name of a policy"),
         (["train", "--validation-episodes=1000000"], "must be at most 1000000"),
         (["train", "--test-episodes=2000000"], "test_episodes = 2000000: must be at most 1000000"),
         (["--verison"], "Unrecognized options: --verison"),
         (["tune", "pid", "--out=."], "out '.': must be a file, such as pid.toml"),
-        (["train", "--device=gpu"], "device 'gpu': JAX finds none here"),
+        (["train", "--device=gpu"], "device 'gpu': JAX finds no such device"),
         (["evaluate", "nix"], "run 'nix': no such folder in 'runs'; `touchdown runs` lists them"),
         (["evaluate", "pid", "--episodes=0"], "episodes = 0: must be at least 1"),
         (["evaluate", "pid", "--seed=-3"], "seed = -3: must be from 0 to"),
@@ -138,7 +138,7 @@ def test_a_terminal_without_utf_8_still_gets_its_table(tmp_path):
         ("[learning]\ngamma = 2\n", "[learning]: gamma = 2.0: must be from 0 to 1"),
         ("learning = 3\n", "learning = 3: must be a table [learning]"),
         ("[learning\n", "not TOML"),
-        ("format_version = 9\n", "format_version = 9: this touchdown reads 1"),
+        ("format_version = 9\n", "format_version = 9: must be 1 in this version"),
     ],
 )
 def test_a_bad_config_file_is_refused_in_one_line(tmp_path, text, said, capsys):
@@ -151,9 +151,9 @@ def test_a_bad_config_file_is_refused_in_one_line(tmp_path, text, said, capsys):
     ("file", "content", "verb", "said"),
     [
         ("config.toml", "[half", "show", "not TOML"),
-        ("evaluation.json", '{"format_version": 1, "pil', "show", "not JSON, perhaps cut off"),
+        ("evaluation.json", '{"format_version": 1, "pil', "show", "not JSON, perhaps truncated"),
         ("evaluation.json", '{"format_version": 7}', "show", "format_version = 7"),
-        ("checkpoints/best.safetensors", "half", "evaluate", "not a whole safetensors file"),
+        ("checkpoints/best.safetensors", "half", "evaluate", "not a complete safetensors file"),
         ("episodes.jsonl", "broken\n{}\n", "show", "line 1 is not a JSON object"),
         ("episodes.jsonl", "{}\n{}\n", "show", "line 1: episode: missing"),
     ],
@@ -168,7 +168,7 @@ def test_half_written_run_files_are_named(finished, tmp_path, file, content, ver
 def test_a_folder_without_a_config_is_not_a_run(tmp_path, capsys):
     (tmp_path / "empty").mkdir()
     said = complaint("show", "empty", f"--runs-dir={tmp_path}", capsys=capsys)
-    assert "holds no config.toml, so it is not a run" in said
+    assert "not a run, because it has no config.toml" in said
 
 
 def test_a_runs_folder_that_is_a_file_is_refused(tmp_path, capsys):

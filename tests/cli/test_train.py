@@ -51,7 +51,7 @@ def test_an_interrupted_run_says_how_to_continue_and_does(tmp_path, number):
     assert child.returncode == 130
     assert said.splitlines()[-1] == (
         "touchdown: stopped and saved; "
-        f"continue with: touchdown train --resume stop --runs-dir {runs}"
+        f"resume with: touchdown train --resume stop --runs-dir {runs}"
     )
     done = run("train", "--resume", "stop", f"--runs-dir={runs}")
     assert done.returncode == 0, done.stderr

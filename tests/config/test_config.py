@@ -518,7 +518,7 @@ def test_quantiles_and_a_squared_error_do_not_go_together():
 
 
 def test_quantiles_and_atoms_do_not_go_together():
-    with pytest.raises(ValueError, match="atoms = 51: must be 0 with quantiles = 8; a return is"):
+    with pytest.raises(ValueError, match="atoms = 51: must be 0 with quantiles = 8; use one"):
         NetworkConfig(quantiles=8, atoms=51)
 
 
@@ -535,7 +535,7 @@ def test_atoms_go_with_either_loss(loss):
             {"bins": (2, 2), "bins_low": (0, 1), "bins_high": (1, 1)},
             "bins_low = (0.0, 1.0): must be below bins_high = (1.0, 1.0)",
         ),
-        ({"bins": (2, 2), "bins_low": (0,)}, "bins_low = (0.0,): must be () or as many as bins"),
+        ({"bins": (2, 2), "bins_low": (0,)}, "bins_low = (0.0,): must be () or as long as bins"),
         ({"bins": (2, 2), "bins_high": (1, 1, 1)}, "bins_high = (1.0, 1.0, 1.0): must be () or"),
     ],
 )
@@ -602,7 +602,7 @@ def test_bounds_of_a_table_may_be_left_to_the_environment():
         ({"algorithm": "sarsa"}, "algorithm = 'sarsa': must be one of dqn, pqn, tabular, value"),
         (
             {"algorithm": "pqn", "rollout": RolloutConfig(rollout_steps=3, minibatches=4)},
-            "minibatches = 4: must be at most the steps of a rollout, num_envs * rollout_steps = 3",
+            "minibatches = 4: must be at most the number of steps in a rollout, num_envs",
         ),
         (
             {"learning": LearningConfig(target="expected-sarsa")},

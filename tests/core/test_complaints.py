@@ -86,5 +86,5 @@ def test_of_what_is_right_nothing_is_said(value, kind):
     assert complaint(value, kind, "x") is None
 
 
-def test_a_value_without_a_name_is_said_to_be_held():
-    assert complaint([], Outer) == "holds list, must be an object"
+def test_a_value_without_a_name_is_described_by_its_type():
+    assert complaint([], Outer) == "is of type list, must be an object"

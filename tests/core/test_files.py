@@ -198,8 +198,8 @@ def test_a_json_file_gives_its_object(tmp_path: Path):
         (b'{"seed": 1', "not JSON"),
         (b"", "not JSON"),
         (b"\xff\xfe{}", "not JSON"),
-        (b"[1, 2]", "holds list"),
-        (b"null", "holds NoneType"),
+        (b"[1, 2]", "is of type list"),
+        (b"null", "is of type NoneType"),
     ],
 )
 def test_a_json_file_without_an_object_is_refused_by_its_name(

@@ -32,8 +32,8 @@ def test_a_record_is_written_as_it_is_read(tmp_path):
         ('{"observations": -3}', "observations = -3: must be from 0 to 2**63 - 1"),
         ('{"observations": 3, "seconds": null}', "seconds = None: must be a number"),
         ('{"seconds": 3}', "observations: missing"),
-        ("[]", "holds list, must be an object"),
-        ('{"observations": 3', "not JSON, perhaps cut off"),
+        ("[]", "is of type list, must be an object"),
+        ('{"observations": 3', "not JSON, perhaps truncated"),
         ('{"observations": NaN}', "not JSON"),
         ('{"observations": 1e999}', "not JSON"),
         (f'{{"observations": {"9" * 5_000}}}', "not JSON"),
@@ -55,7 +55,7 @@ def test_a_wrong_value_is_refused_in_one_line_that_names_the_file(tmp_path, text
 def test_another_version_is_refused_before_its_fields_are_read(tmp_path, version):
     path = tmp_path / "a.json"
     path.write_text(json.dumps({"format_version": version, "observations": "of another kind"}))
-    with pytest.raises(UserError, match="this touchdown reads 1"):
+    with pytest.raises(UserError, match="must be 1 in this version"):
         records.decode_json(path, Row, 1)
 
 

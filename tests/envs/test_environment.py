@@ -100,7 +100,7 @@ def test_actions_that_do_not_start_at_0_are_refused(registered):
     class Odd(Endless):
         action_space = spaces.Discrete(2, start=1)
 
-    with pytest.raises(UserError, match=r"its actions are .*; they must start at 0"):
+    with pytest.raises(UserError, match=r"its actions are .*, must start at 0"):
         environment.make_env(registered("Odd-v0", Odd))
 
 

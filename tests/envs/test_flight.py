@@ -159,7 +159,7 @@ def test_cut_off_file_is_refused_in_one_line(tmp_path, landing, kept):
     save_flights(path, [landing])
     data = path.read_bytes()
     path.write_bytes(data[: int(kept * len(data))])
-    with pytest.raises(UserError, match=r"flights\.safetensors: not a whole") as raised:
+    with pytest.raises(UserError, match=r"flights\.safetensors: not a complete") as raised:
         load_flights(path)
     assert "\n" not in str(raised.value)
 

@@ -30,9 +30,9 @@ def test_paths_are_read_as_they_were_written(tmp_path):
 @pytest.mark.parametrize(
     ("tensors", "metadata", "message"),
     [
-        ({}, {"format_version": "9", "starts": "[]"}, "format_version = '9': this touchdown"),
-        ({}, {"format_version": "1"}, "not the paths of flights"),
-        ({}, {"format_version": "1", "starts": "[3]"}, "not the paths of flights"),
+        ({}, {"format_version": "9", "starts": "[]"}, "format_version = '9': must be 1 in"),
+        ({}, {"format_version": "1"}, "not recorded paths"),
+        ({}, {"format_version": "1", "starts": "[3]"}, "not recorded paths"),
         ({"3": np.zeros((2, 3))}, {"format_version": "1", "starts": "[3]"}, r"is \(2, 3\), not"),
     ],
 )

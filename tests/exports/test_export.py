@@ -143,7 +143,7 @@ def test_a_run_without_test_flights_has_a_card_that_says_so(tmp_path):
     export = touchdown.export(run, "safetensors", out=tmp_path / "out")
     card = (export.folder / "README.md").read_text("utf-8")
     assert "model-index" not in header(card)
-    assert "This run has no evaluation yet" in card
+    assert "This policy was exported before its test episodes" in card
 
 
 def test_exported_safetensors_equal_the_weights_of_the_run(run, tmp_path, monkeypatch):
@@ -243,7 +243,7 @@ def test_without_the_extra_it_says_what_to_install(run, tmp_path, monkeypatch, m
 
 def test_a_run_without_weights_and_an_unknown_format_are_refused(run, tmp_path):
     folder = folders.create(tmp_path, presets.preset("pilot"))
-    with pytest.raises(touchdown.UserError, match="no weights yet"):
+    with pytest.raises(touchdown.UserError, match="has no weights before its first validation"):
         touchdown.export(Run(folder), out=tmp_path / "out")
     with pytest.raises(touchdown.UserError, match="format 'tflite': must be one of onnx, safet"):
         touchdown.export(run, "tflite", out=tmp_path / "out")

@@ -323,7 +323,7 @@ def test_a_failure_of_ffmpeg_is_reported_in_one_line_and_leaves_nothing(
 def test_window_without_a_display_is_refused_in_one_line(monkeypatch):
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER"):
         monkeypatch.delenv(name, raising=False)
-    with pytest.raises(UserError, match=r"^window: there is no display here[^\n]*$"):
+    with pytest.raises(UserError, match=r"^out = window: there is no display[^\n]*$"):
         films.show_window(LANDER, HeuristicPolicy(), 2_000_003, "heuristic")
 
 

@@ -68,7 +68,7 @@ def test_a_restored_ring_shares_no_memory_with_what_it_came_from():
 def test_restore_refuses_records_of_another_dtype():
     other = np.dtype([("time", np.int64), ("pair", np.float32, (2,))])
     ring = filled(4, 2)
-    with pytest.raises(ValueError, match=r"records are .*the memory keeps"):
+    with pytest.raises(ValueError, match=r"records are .*must be"):
         ring.restore(np.zeros(2, other), 2)
     assert by_age(ring) == [0, 1]
 
@@ -84,7 +84,7 @@ def test_restore_refuses_records_of_another_dtype():
 )
 def test_restore_refuses_a_count_that_does_not_fill_the_memory(held: int, added: int):
     ring = filled(4, 2)
-    with pytest.raises(ValueError, match=f"{held} records of {added} added"):
+    with pytest.raises(ValueError, match=f"{held} records, {added} added"):
         ring.restore(np.zeros(held, DTYPE), added)
     assert by_age(ring) == [0, 1]
     assert ring.added == 2

@@ -47,7 +47,7 @@ _CLAIMS: tuple[tuple[str, Verdict, str], ...] = (
     ),
 )
 _TITLES = (
-    "What each part brings", "Hovering until the time is up", "Size of a layer", "Depth",
+    "What each part brings", "Hovering until the time limit", "Size of a layer", "Depth",
     "Target period", "Preferential memory", "Discount", "Decay of ε", "Discount and decay together",
     "Flights like the PID's", "The PID and its tuners",
 )  # fmt: skip
@@ -66,7 +66,7 @@ def rungs_picture(stem: Path, seed: int = 0, names: tuple[str, ...] = ("dqn", "t
     }
     figure = style.new_figure(7.2, 3.6)
     rungs.draw_rungs(figure.subplots(), curves)
-    return _saved(figure, stem, "Validation return over training, a line a level")
+    return _saved(figure, stem, "Validation return during training, one line per level")
 
 
 def axis_picture(stem: Path) -> Picture:
@@ -141,8 +141,8 @@ def page(folder: Path, gif: Path | None = None, runs: int = 60) -> Page:
     )
     return Page(
         title="The paper, re-measured",
-        lead="Every experiment of the paper with training seeds for its unit, and a verdict on "
-        "each of its claims by a test that was written down before the numbers came.",
+        lead="Every experiment of the paper over several training seeds, with a verdict on each of "
+        "its claims by a statistical test that was specified before the runs.",
         facts=(
             ("studies", "10"),
             ("training runs", "214"),
@@ -154,7 +154,7 @@ def page(folder: Path, gif: Path | None = None, runs: int = 60) -> Page:
             Section(
                 id=f"topic-{place}",
                 title=title,
-                lead="Does each part that the paper adds land better than the one before?",
+                lead="Does each part that the paper adds improve the return?",
                 claims=tuple(
                     ClaimRow(sentence, f"8.{place}", verdict, evidence)
                     for sentence, verdict, evidence in _CLAIMS[: 1 + place % 3]

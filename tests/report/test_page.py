@@ -319,7 +319,7 @@ def test_a_section_has_an_id_that_a_link_can_name(name: str):
 
 def test_two_sections_of_one_id_are_refused():
     section = Section(id="one", title="")
-    with pytest.raises(UserError, match="section 'one': is there 2 times, must be once"):
+    with pytest.raises(UserError, match="section 'one': exists 2 times, must exist once"):
         render(dataclasses.replace(EMPTY, sections=(section, section)))
 
 

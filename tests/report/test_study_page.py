@@ -46,7 +46,7 @@ def test_a_study_without_a_test_is_reported_on_validation_starts(tmp_path):
     )
     page = page_of(study, tmp_path, returns=None, recorded=False)
     text = page.read_text()
-    assert "Validation return of the chosen checkpoint" in text
+    assert "Validation return of the selected checkpoint" in text
     assert "none: runs are compared on validation starts" in text
     assert not re.search(r"\bnan\b", text)
     with (page.parent / "tables" / "search.csv").open() as file:

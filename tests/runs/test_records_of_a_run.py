@@ -64,9 +64,13 @@ def test_one_wrong_value_in_a_line_is_reported_in_one_line(run, name):
 @pytest.mark.parametrize(
     ("name", "text", "said"),
     [
-        ("episodes.jsonl", "", "episodes.jsonl: has no steps, though its run is finished"),
-        ("validations.jsonl", "", "validations.jsonl: is empty, though its run is finished"),
-        ("evaluation.json", '{"format_version": 2}', "format_version = 2: this touchdown reads 1"),
+        ("episodes.jsonl", "", "episodes.jsonl: has no steps, but its run is finished"),
+        ("validations.jsonl", "", "validations.jsonl: is empty, but its run is finished"),
+        (
+            "evaluation.json",
+            '{"format_version": 2}',
+            "format_version = 2: must be 1",
+        ),
     ],
 )
 def test_a_finished_run_has_results(run, name, text, said):

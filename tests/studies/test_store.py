@@ -17,16 +17,16 @@ def test_a_folder_of_another_version_is_refused_and_left_as_it_is(tmp_path):
     open_store(tmp_path, make=True)
     mark = tmp_path / "studies.json"
     mark.write_text(json.dumps({"format_version": 9}))
-    with pytest.raises(UserError, match="format_version = 9: this touchdown reads 1"):
+    with pytest.raises(UserError, match="format_version = 9: must be 1 in this version"):
         open_store(tmp_path, make=True)
     assert json.loads(mark.read_text()) == {"format_version": 9}
 
 
 def test_a_folder_of_other_things_is_not_taken(tmp_path):
     (tmp_path / "thesis.tex").touch()
-    with pytest.raises(UserError, match="holds other things"):
+    with pytest.raises(UserError, match="contains other files"):
         open_store(tmp_path, make=True)
-    with pytest.raises(UserError, match="holds no studies"):
+    with pytest.raises(UserError, match="has no studies"):
         open_store(tmp_path)
 
 

@@ -57,7 +57,7 @@ def test_the_test_starts_are_flown_once_and_the_paths_are_recorded_on_the_way(ru
     phases = []
     tested = finish.fly_test(run, keep_paths=True, on_phase=lambda *phase: phases.append(phase))
     assert rollouts == [3]
-    assert phases == [("flying 3 test starts with 1 policies", 3)]
+    assert phases == [("testing on 3 starts, policies: 1", 3)]
     policy = run.policy
     paths = load_paths(run.folder.paths)
     assert list(paths) == [episode.seed for episode in tested[0].episodes]

@@ -73,17 +73,20 @@ def test_one_wrong_value_in_the_state_is_reported_in_one_line(saved):
     ("changes", "said"),
     [
         ({"trained": 1}, "trained = 1: must be true or false"),
-        ({"trained": True, "finalists": []}, r"finalists = \[\]: must be 1 or more once trained"),
-        ({"finalists": []}, "0 finalists, their file has 1"),
-        ({"finished": True}, "finished = True: must be False while trained = False"),
-        ({"underway": []}, r"underway = \[\]: must be 1 or more while trained = False"),
-        ({"underway": [1, 2]}, "2 episodes under way, their file has 1"),
+        (
+            {"trained": True, "finalists": []},
+            r"finalists = \[\]: must have at least 1 with trained",
+        ),
+        ({"finalists": []}, "0 candidate checkpoints, but their file has 1"),
+        ({"finished": True}, "finished = True: must be False with trained = False"),
+        ({"underway": []}, r"underway = \[\]: must have at least 1 with trained = False"),
+        ({"underway": [1, 2]}, "2 unfinished episodes, but their file has 1"),
         ({"record_sizes": []}, r"record_sizes = \[\]: must be an object"),
         ({"record_sizes": {"episodes.jsonl": 9}}, r"record_sizes: updates\.jsonl: missing"),
         ({"streams": {}}, "not a checkpoint of this run: 'exploration'"),
         ({"agent": {"observations": 1, "updates": 1}}, "not a checkpoint of this run: 'pending'"),
-        ({"config_digest": "another"}, "belongs to config 'another'"),
-        ({"format_version": 1}, "format_version = 1: this touchdown reads 3"),
+        ({"config_digest": "another"}, "config_digest = 'another': must be"),
+        ({"format_version": 1}, "format_version = 1: must be 3 in this version"),
     ],
 )
 def test_a_state_that_contradicts_itself_is_refused(saved, changes, said):

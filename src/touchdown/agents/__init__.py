@@ -1,1 +1,1 @@
-"""What learns: TD errors, networks, exploration, learners, and the agents composed of them."""
+"""Learning: TD errors, networks, exploration, learners, and the agents composed of them."""

@@ -1,4 +1,4 @@
-"""The parts that all agents share: exploring actions, and the counts that schedules follow."""
+"""The parts that all agents share: exploratory actions, and the counts that schedules depend on."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -15,7 +15,7 @@ from touchdown.core.types import FloatArray, IntArray, StepResult
 
 
 def periods_crossed(before: int, after: int, period: int) -> int:
-    """How many multiples of `period` a count passes on its way from `before` to `after`."""
+    """How many multiples of `period` a count passes from `before` to `after`."""
     return after // period - before // period
 
 
@@ -34,7 +34,7 @@ class Actor:
     Args:
         config: all settings.
         num_actions: A.
-        rng: of exploration.
+        rng: random generator for exploration.
     """
 
     def __init__(self, config: Config, num_actions: int, rng: Generator) -> None:
@@ -43,9 +43,9 @@ class Actor:
         """Episodes that have ended."""
         self.updates = 0
         self.next_q: Any | None = None
-        """Q(s,·) for the coming actions, [N, A], where an update computed it already.
+        """Q(s,·) for the next actions, [N, A], if an update has already computed it.
 
-        JAX may still be computing it: it is waited for only if an action is greedy.
+        JAX may still be computing it; only a greedy action waits for it.
         """
         self._explorer = EpsilonGreedy(config.exploration, num_actions, rng)
         self._metrics_period = config.training.metrics_period
@@ -85,7 +85,7 @@ class Actor:
         return periods_crossed(updates_before, self.updates, self._metrics_period) > 0
 
     def state(self) -> dict[str, Any]:
-        """Counts, ε, and the values of the coming actions if they are known; for a checkpoint."""
+        """Counts, ε, and the values for the next actions if they are known, for a checkpoint."""
         return {
             "acting": {} if self.next_q is None else {"next_q": np.array(self.next_q)},
             "observations": self.env_steps,
@@ -95,7 +95,7 @@ class Actor:
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Set the state to what `state` returned.
+        """Restore what `state` returned.
 
         Raises:
             KeyError: something is missing.
@@ -113,10 +113,10 @@ class Actor:
 
 
 class ActingAgent:
-    """The counts of an agent, which its actor keeps.
+    """The counts of an agent, kept by its actor.
 
     Args:
-        actor: the agent's own.
+        actor: the agent's actor.
     """
 
     def __init__(self, actor: Actor) -> None:

@@ -9,11 +9,11 @@ from touchdown.core.types import FloatArray, IntArray, Policy, StepResult, Tenso
 class Agent(Protocol):
     """Acts in N environments at once and learns from the steps.
 
-    An agent is made by a call with the config, the environment's `Spaces`, the run's `Streams` and
-    the config's `options` as keyword arguments: see `registry`.
+    The class is called with the config, the environment's `Spaces`, the run's `Streams` and the
+    config's `options` as keyword arguments.
 
-    It may have two more attributes, which training records if they are there: `epsilon`, the
-    probability that an action is random, and `updates`, the number of updates so far.
+    Two attributes are optional. Training records them if they exist: `epsilon`, the probability of
+    a random action, and `updates`, the number of updates so far.
     """
 
     def act(self, observations: FloatArray) -> IntArray:
@@ -43,7 +43,7 @@ class Agent(Protocol):
         ...
 
     def weights(self) -> Tensors:
-        """What the greedy policy is made of, as named arrays: copies, as the agent learns on."""
+        """Copies of the parameters of the greedy policy, by name."""
         ...
 
     def policy(self, weights: Tensors) -> Policy:
@@ -57,12 +57,12 @@ class Agent(Protocol):
     def state(self) -> dict[str, Any]:
         """Everything that `restore` needs to continue identically, for a checkpoint.
 
-        Groups of named arrays, each group a dictionary, beside plain JSON values.
+        Groups of named arrays, each a dictionary, and plain JSON values.
         """
         ...
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Set a fresh agent to what `state` returned.
+        """Restore in a fresh agent what `state` returned.
 
         Raises:
             KeyError: something is missing.

@@ -1,4 +1,4 @@
-"""What the JAX learners compute on: flat parameters and batches of transitions."""
+"""Inputs of the JAX learners: flat parameters and batches of transitions."""
 
 from typing import NamedTuple
 
@@ -9,11 +9,11 @@ from jaxtyping import Float, Int
 from touchdown.replay.transition import field_offsets
 
 Params = Float[jax.Array, " P"]
-"""All weights of a network in one flat vector: few buffers and few kernels make updates fast."""
+"""All weights of a network in one flat vector: fewer buffers and kernels make updates fast."""
 
 
 class TransitionBatch(NamedTuple):
-    """A batch of transitions in the field's notation."""
+    """A batch of transitions, in standard notation."""
 
     o_tm1: Float[jax.Array, "B D"]
     a_tm1: Int[jax.Array, " B"]

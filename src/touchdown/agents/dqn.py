@@ -1,4 +1,4 @@
-"""Deep Q-learning composed of parts: act, store the step, update at every `update_period` steps."""
+"""Deep Q-learning from parts: act, store the step, update every `update_period` steps."""
 
 from collections.abc import Mapping
 from typing import Any, cast
@@ -28,13 +28,13 @@ def _proportional(config: ReplayConfig) -> Proportional | None:
 
 
 class DQNAgent(ActingAgent):
-    """Algorithm 2, with the paper's target network and re-saved rewards where the config asks.
+    """Algorithm 2, optionally with the paper's target network and re-saves.
 
     Args:
         config: all settings.
         spaces: the environment's sizes.
-        streams: the run's generators.
-        learner: of the config's network.
+        streams: the run's random generators.
+        learner: a learner of the config's network.
     """
 
     def __init__(self, config: Config, spaces: Spaces, streams: Streams, learner: Learner) -> None:
@@ -56,7 +56,7 @@ class DQNAgent(ActingAgent):
         ]
 
     def act(self, observations: FloatArray) -> IntArray:
-        """ε-greedy actions (Algorithm 2, line 4), by noisy weights if the network has them.
+        """ε-greedy actions (Algorithm 2, line 4), with noisy weights if the network has them.
 
         [N, D] to [N].
         """
@@ -107,7 +107,7 @@ class DQNAgent(ActingAgent):
         """The action that a truncated episode would have taken next, if the TD target needs it.
 
         Args:
-            observation: the episode's last, [D].
+            observation: last observation of the episode, [D].
         """
         if self._config.learning.target != "sarsa":
             return 0
@@ -160,7 +160,7 @@ class DQNAgent(ActingAgent):
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Set the state to what `state` returned.
+        """Restore what `state` returned.
 
         Raises:
             KeyError: something is missing.
@@ -181,7 +181,7 @@ def _packed(samples: list[Sample]) -> NDArray[np.float32]:
 
 
 def _weights(samples: list[Sample]) -> NDArray[np.float32] | None:
-    """The samples' weights, [K, B], or None where there are none."""
+    """The samples' importance-sampling weights, [K, B], or None for uniform replay."""
     if samples[0].weights is None:
         return None
     return np.stack([cast(NDArray[np.float32], sample.weights) for sample in samples])

@@ -28,7 +28,7 @@ def linear(start: float, end: float, duration: int) -> Schedule:
 
 
 def exponential(start: float, end: float, factor: float) -> Schedule:
-    """`start · factor^time`, never below `end` (the paper's, with time counted in episodes)."""
+    """`start · factor^time`, never below `end` (as in the paper, with time counted in episodes)."""
 
     def schedule(time: int) -> float:
         return max(end, start * factor**time)
@@ -56,12 +56,12 @@ def make_schedule(config: ExplorationConfig) -> Callable[[int, int], float]:
 
 
 class EpsilonGreedy:
-    """Chooses actions in N environments (Eq. 3) and keeps ε on its schedule.
+    """Chooses actions in N environments (Eq. 3) and updates ε by its schedule.
 
     Args:
         config: the schedule.
         num_actions: A.
-        rng: decides when to explore, and draws random actions.
+        rng: random generator that decides when to explore and draws random actions.
     """
 
     def __init__(self, config: ExplorationConfig, num_actions: int, rng: Generator) -> None:

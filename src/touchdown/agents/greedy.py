@@ -1,4 +1,4 @@
-"""The greedy policy of a network, whose actions do not depend on how many are chosen at once."""
+"""The greedy policy of a network; its actions do not depend on the batch size."""
 
 from collections.abc import Callable
 from typing import Any, Protocol
@@ -13,10 +13,10 @@ _ROWS = 32  # observations in each call of a compiled function
 
 
 class ValueFunction(Protocol):
-    """Q(s,·) as a function of parameters, computed for each observation as if it were alone."""
+    """Q(s,·) as a function of parameters, for each observation independently of the batch."""
 
     def values_of_each(self, params: Any, observations: FloatArray) -> FloatArray:
-        """Q(s,·) of any number of observations, by parameters [P]: [N, D] to [N, A]."""
+        """Q(s,·) of any number of observations with parameters [P]: [N, D] to [N, A]."""
         ...
 
     def describe(self) -> dict[str, Any]:
@@ -25,7 +25,7 @@ class ValueFunction(Protocol):
 
 
 class GreedyPolicy:
-    """Takes the action of highest value in each state.
+    """Chooses the action with the highest value in each state.
 
     Args:
         network: computes the values.
@@ -56,13 +56,13 @@ def in_blocks(
 ) -> NDArray[Any]:
     """Apply a function of observations to blocks of a fixed size.
 
-    It is then compiled once for any number of observations, and the result for one does not depend
-    on how many there are (another shape may round differently).
+    It is then compiled only once, and the result for an observation does not depend on how many
+    there are (another shape may round differently).
 
     Args:
         function: [rows, D] to [rows, ...].
         observations: [N, D], 1 or more.
-        rows: in each block; the last one is padded with zeros.
+        rows: observations per block; the last block is padded with zeros.
 
     Returns:
         [N, ...].

@@ -1,4 +1,4 @@
-"""Layers of Q-networks that Equinox does not have: noisy linear ones, and the dueling head."""
+"""Layers that Equinox does not have: noisy linear layers and the dueling head."""
 
 import math
 from collections.abc import Callable
@@ -13,7 +13,7 @@ from jaxtyping import Float, PRNGKeyArray
 class NoisyLinear(eqx.Module):
     """y = (µʷ + σʷ ⊙ f(ε)·f(ε′)ᵀ)·x + µᵇ + σᵇ ⊙ f(ε)   (Fortunato et al., 2018, Eq. 9-11).
 
-    Its noise is factorised: of normal ε [out] and ε′ [in], through f(x) = sgn(x)·√|x|.
+    The noise is factorised: normal ε [out] and ε′ [in], with f(x) = sgn(x)·√|x|.
     """
 
     weight: Float[jax.Array, "out in"]
@@ -22,7 +22,7 @@ class NoisyLinear(eqx.Module):
     bias_sigma: Float[jax.Array, " out"]
 
     def __init__(self, fan_in: int, fan_out: int, *, sigma: float, key: PRNGKeyArray) -> None:
-        means = eqx.nn.Linear(fan_in, fan_out, key=key)  # uniform in ±1/√(fan in), as the source's
+        means = eqx.nn.Linear(fan_in, fan_out, key=key)  # uniform in ±1/√(fan in), as in the source
         self.weight, self.bias = means.weight, cast(jax.Array, means.bias)
         self.weight_sigma = jnp.full_like(self.weight, sigma / math.sqrt(fan_in))
         self.bias_sigma = jnp.full_like(self.bias, sigma / math.sqrt(fan_in))
@@ -30,7 +30,7 @@ class NoisyLinear(eqx.Module):
     def __call__(
         self, x: Float[jax.Array, " in"], *, key: PRNGKeyArray | None = None
     ) -> Float[jax.Array, " out"]:
-        """The layer's output, with noise drawn by the key, or by the mean weights without one."""
+        """The layer's output, with noise from the key, or with mean weights without a key."""
         if key is None:
             return self.weight @ x + self.bias
         fan_out, fan_in = self.weight.shape
@@ -66,7 +66,7 @@ class DuelingHead(eqx.Module):
     def __call__(
         self, features: Float[jax.Array, " F"], *, key: PRNGKeyArray | None = None
     ) -> Float[jax.Array, " AZ"]:
-        """Q(s,·) of one state's features; with several outputs an action, for each of them."""
+        """Q(s,·) of one state's features, for each output if an action has several."""
         value_key, advantage_key = (None, None) if key is None else jax.random.split(key)
         advantage = self.advantage(features, key=advantage_key).reshape(self.num_actions, -1)
         q = self.value(features, key=value_key) + advantage - advantage.mean(axis=0)

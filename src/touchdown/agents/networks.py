@@ -25,12 +25,12 @@ _ACTIVATIONS = {"relu": jax.nn.relu, "tanh": jax.nn.tanh, "silu": jax.nn.silu}
 
 
 class QNetwork:
-    """A multilayer perceptron as functions of one flat vector of parameters.
+    """A multilayer perceptron as functions of one flat parameter vector.
 
     Args:
         observation_size: D, inputs.
         num_actions: A, outputs.
-        config: layers and head; no hidden layer makes Q linear in the observation.
+        config: layers and head; without hidden layers, Q is linear in the observation.
     """
 
     def __init__(self, observation_size: int, num_actions: int, config: NetworkConfig) -> None:
@@ -67,12 +67,12 @@ class QNetwork:
         return eqx.nn.Sequential(layers)
 
     def init(self, key: PRNGKeyArray) -> Params:
-        """Fresh parameters: uniform in ±1/√(fan in), σ of noisy ones σ₀/√(fan in)."""
+        """Initial parameters: uniform in ±1/√(fan in); noisy weights have σ = σ₀/√(fan in)."""
         return ravel_pytree(_split(self._module(key))[0])[0]
 
     @property
     def support(self) -> Float[jax.Array, " Z"]:
-        """z: the returns at which the atoms lie, equally spaced from v_min to v_max."""
+        """z: returns of the atoms, equally spaced from v_min to v_max."""
         return jnp.linspace(self.config.v_min, self.config.v_max, self.config.atoms)
 
     def apply(
@@ -81,12 +81,12 @@ class QNetwork:
         observations: Float[jax.Array, "B D"],
         noise: PRNGKeyArray | None = None,
     ) -> Float[jax.Array, "B A"]:
-        """Q(s,·) of each observation: the mean return, where an action has several outputs.
+        """Q(s,·) of each observation; the mean return if an action has several outputs.
 
         Args:
-            params: flat, [P].
-            observations: any number of them.
-            noise: key of one sample of noisy weights for the whole batch; None takes their means.
+            params: flat parameters, [P].
+            observations: any number of observations.
+            noise: key of one sample of noisy weights for the whole batch; None uses their means.
         """
         outputs = self._outputs(params, observations, noise)
         if self.config.atoms:
@@ -123,7 +123,7 @@ class QNetwork:
     def values_of_each(self, params: Params, observations: FloatArray) -> NDArray[Any]:
         """Q(s,·) of any number of observations, [N, D] to [N, A].
 
-        Each row depends on its own observation alone, to the last bit.
+        Each row depends only on its own observation, to the last bit.
         """
 
         def values_of(block: FloatArray) -> NDArray[Any]:
@@ -149,14 +149,14 @@ class QNetwork:
         return dict(zip(self._shapes, leaves, strict=True))
 
     def params_of(self, layers: Mapping[str, FloatArray]) -> NDArray[np.float32]:
-        """Flat parameters from named ones, the inverse of `layers`.
+        """Flat parameters from named ones; the inverse of `layers`.
 
         Raises:
             ValueError: the names, shapes or types are not those of this network.
         """
         wanted = self._shapes
         if layers.keys() != wanted.keys():
-            raise ValueError(f"it holds {sorted(layers)}, the network needs {sorted(wanted)}")
+            raise ValueError(f"it has {sorted(layers)}, must be {sorted(wanted)}")
         for name, shape in wanted.items():
             given = layers[name]
             if given.shape != shape or given.dtype != np.float32:
@@ -184,7 +184,7 @@ def _named(name: str, layer: object) -> list[str]:
 
 
 def _split(module: eqx.Module) -> tuple[Any, Any]:
-    """A module's arrays, and everything else of it."""
+    """A module's arrays, and the rest of the module."""
     return cast(tuple[Any, Any], eqx.partition(module, eqx.is_array))
 
 

@@ -37,7 +37,7 @@ def read_model(transitions: Transitions) -> TransitionModel:
     """
     num_states = len(transitions)
     if num_states == 0 or sorted(transitions) != list(range(num_states)):
-        raise ValueError(f"states must be numbered from 0 without gaps, got {num_states} of them")
+        raise ValueError(f"states must be numbered from 0 without gaps, got {num_states} states")
     num_actions = len(transitions[0])
     reward = np.zeros((num_states, num_actions))
     continues = np.zeros((num_states, num_actions, num_states))
@@ -51,7 +51,7 @@ def read_model(transitions: Transitions) -> TransitionModel:
                     raise ValueError(f"state {state}, action {action}: {probability}, {next_state}")
                 total += probability
                 reward[state, action] += probability * r_t
-                # added up: at a wall of the slippery lake two slips lead to the same state
+                # added up, because at a wall of the slippery lake two slips lead to the same state
                 continues[state, action, next_state] += probability * (not terminated)
             if not np.isclose(total, 1.0):
                 raise ValueError(f"state {state}, action {action}: probabilities sum to {total}")
@@ -63,7 +63,7 @@ def sweep(q: FloatArray, model: TransitionModel, gamma: float) -> FloatArray:
 
     Args:
         q: Q(s,a): [S, A].
-        model: of the environment.
+        model: the environment's model.
         gamma: γ.
 
     Returns:
@@ -75,13 +75,13 @@ def sweep(q: FloatArray, model: TransitionModel, gamma: float) -> FloatArray:
 def value_iteration(
     model: TransitionModel, gamma: float, tolerance: float = 1e-10, max_sweeps: int = 100_000
 ) -> FloatArray:
-    """Q*, the fixed point of `sweep`, from Q = 0   (Bellman, 1957).
+    """Q*, the fixed point of `sweep`, starting from Q = 0   (Bellman, 1957).
 
     Args:
-        model: of the environment.
+        model: the environment's model.
         gamma: γ, from 0 to 1; at 1 there is a fixed point only if every optimal path terminates.
         tolerance: largest change in the last sweep; Q* is within γ / (1 − γ) times it.
-        max_sweeps: the most sweeps to do.
+        max_sweeps: largest number of sweeps.
 
     Returns:
         Q*: [S, A].
@@ -103,14 +103,14 @@ def plan_of(config: Config, spaces: Spaces) -> TransitionModel | None:
     """The environment's model for value iteration; None for an algorithm that learns from steps.
 
     Raises:
-        UserError: value iteration is asked for and the model is not known.
+        UserError: the config selects value iteration and the model is not known.
     """
     if config.algorithm != "value-iteration":
         return None
     if spaces.transitions is None:
         raise UserError(
             f"env_id {config.env_id!r}: its model is not known; value iteration needs "
-            "one, as FrozenLake-v1, CliffWalking-v1 and Taxi-v4 have"
+            "an environment with a model, such as FrozenLake-v1, CliffWalking-v1 or Taxi-v4"
         )
     try:
         return read_model(spaces.transitions)

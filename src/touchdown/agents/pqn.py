@@ -1,4 +1,4 @@
-"""PQN: Q-learning without a replay memory or a target network, in many environments at once.
+"""PQN: Q-learning in parallel environments without a replay memory or a target network.
 
 Gallici et al., 2025: λ-returns over a short rollout of all environments, a few epochs of
 minibatches, and layer normalisation, which stabilises bootstrapping in place of a target network.
@@ -27,8 +27,8 @@ class PQNAgent(ActingAgent):
     Args:
         config: all settings; its algorithm is `pqn`.
         spaces: the environment's sizes.
-        streams: the run's generators.
-        learner: of the config's network.
+        streams: the run's random generators.
+        learner: a learner of the config's network.
     """
 
     def __init__(self, config: Config, spaces: Spaces, streams: Streams, learner: Learner) -> None:
@@ -114,7 +114,7 @@ class PQNAgent(ActingAgent):
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Set the state to what `state` returned.
+        """Restore what `state` returned.
 
         Raises:
             KeyError: something is missing.
@@ -126,7 +126,7 @@ class PQNAgent(ActingAgent):
         for name, part in self._rollout.items():
             part[:] = state["rollout"][name]
         steps = self._config.rollout.rollout_steps
-        if state["filled"] >= steps:  # a complete rollout would have been learned from
+        if state["filled"] >= steps:  # the agent would have learned from a complete rollout
             raise ValueError(f"agent.filled = {state['filled']}: must be less than {steps} steps")
         self._actor.restore(state)
         self._num_filled = int(state["filled"])

@@ -1,4 +1,4 @@
-"""A table of action values, and the greedy policy of one."""
+"""A table of action values, and its greedy policy."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -15,9 +15,9 @@ class QTable:
     """A table of action values; its flat parameters are its rows in order, [S·A].
 
     Args:
-        states: numbers the state that an observation shows.
+        states: maps an observation to the number of its state.
         num_actions: A.
-        config: of the states.
+        config: config of the states.
     """
 
     def __init__(self, states: States, num_actions: int, config: TableConfig) -> None:
@@ -30,13 +30,13 @@ class QTable:
         return {"q": params.reshape(self.shape)}
 
     def params_of(self, layers: Mapping[str, NDArray[Any]]) -> FloatArray:
-        """Flat parameters from a named table, the inverse of `layers`.
+        """Flat parameters from a named table; the inverse of `layers`.
 
         Raises:
-            ValueError: it is no table, or has another shape or type.
+            ValueError: it is not a table, or has the wrong shape or type.
         """
         if list(layers) != ["q"]:
-            raise ValueError(f"it holds {sorted(layers)}, a table has q")
+            raise ValueError(f"it has {sorted(layers)}, must be q, the table")
         q = layers["q"]
         if q.shape != self.shape or q.dtype != np.float64:
             raise ValueError(f"q is {q.dtype}{q.shape}, must be float64{self.shape}")
@@ -52,10 +52,10 @@ class QTable:
 
 
 class TablePolicy:
-    """Takes the action of highest value in each state, the first of several equals.
+    """Chooses the action with the highest value in each state, the first one in a tie.
 
     Args:
-        states: numbers the state that an observation shows.
+        states: maps an observation to the number of its state.
         q: the table, [S, A].
         config: of the states.
     """

@@ -1,4 +1,4 @@
-"""A rollout, T steps of N environments, and the λ-returns that PQN fits to it."""
+"""A rollout (T steps of N environments) and its λ-returns, the targets of PQN."""
 
 from typing import NamedTuple
 
@@ -30,7 +30,7 @@ def rollout_targets(
     Args:
         rollout: T steps of N environments.
         q_t: Q(s′,·) of the observations after its steps.
-        config: the settings γ, λ and the reward's scale.
+        config: settings with γ, λ and the reward scale.
     """
     best = q_t.max(axis=-1).reshape(rollout.r_t.shape)
     reward = rollout.r_t * config.learning.reward_scale

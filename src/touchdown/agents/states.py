@@ -1,4 +1,4 @@
-"""Discrete states: how a table numbers what observations show.
+"""Discrete states: maps observations to rows of a table.
 
 Shapes: N observations of D numbers, S states.
 """
@@ -13,15 +13,15 @@ from touchdown.config.sections import TableConfig
 from touchdown.core.errors import UserError, one_line
 from touchdown.core.types import FloatArray, IntArray, Spaces
 
-_NO_BOUND = 1e30  # some environments give float32's greatest number for "unbounded"
+_NO_BOUND = 1e30  # some environments use the largest float32 for "unbounded"
 
 
 class States(Protocol):
-    """Numbers the states that observations show, so that a table has a row for each."""
+    """Maps observations to the numbers of their states, one row of a table each."""
 
     @property
     def num_states(self) -> int:
-        """S, rows of the table."""
+        """S, the number of rows of the table."""
         ...
 
     def states(self, observations: FloatArray) -> IntArray:
@@ -41,7 +41,7 @@ class OneHot:
 
     def __post_init__(self) -> None:
         if self.num_states < 1:
-            raise ValueError(f"need 1 state or more, got {self.num_states}")
+            raise ValueError(f"need at least 1 state, got {self.num_states}")
 
     def states(self, observations: FloatArray) -> IntArray:
         """The index of the 1 in each observation: [N, S] to [N].
@@ -73,20 +73,20 @@ class Grid:
 
     def __post_init__(self) -> None:
         if not len(self.bins) == len(self.low) == len(self.high) > 0:
-            raise ValueError(f"bins, low and high must be of one length, 1 or more, got {self}")
+            raise ValueError(f"bins, low and high must have one length of at least 1, got {self}")
         if min(self.bins) < 1:
-            raise ValueError(f"need 1 bin or more in each dimension, got {self.bins}")
+            raise ValueError(f"need at least 1 bin in each dimension, got {self.bins}")
         for low, high in zip(self.low, self.high, strict=True):
             if not (low < high and isfinite(high - low)):
                 raise ValueError(f"need a finite low below a finite high, got {low} and {high}")
 
     @property
     def num_states(self) -> int:
-        """S, cells of the grid."""
+        """S, the number of cells of the grid."""
         return prod(self.bins)
 
     def states(self, observations: FloatArray) -> IntArray:
-        """The cell that each observation lies in: [N, D] to [N].
+        """The cell of each observation: [N, D] to [N].
 
         Raises:
             ValueError: an observation does not have D numbers, or contains NaN.
@@ -109,7 +109,7 @@ def _rows(observations: FloatArray, size: int) -> FloatArray:
 
 
 def states_of(config: TableConfig, spaces: Spaces) -> States:
-    """How an environment's observations are numbered.
+    """How an environment's observations map to states.
 
     Raises:
         UserError: `bins` do not fit the environment.

@@ -1,4 +1,4 @@
-"""Q-learning with a table: Algorithm 1, SARSA's variants of it, and value iteration."""
+"""Q-learning with a table (Algorithm 1), its SARSA variants, and value iteration."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -19,12 +19,12 @@ from touchdown.core.types import FloatArray, IntArray, Policy, Spaces, StepResul
 class TabularAgent(ActingAgent):
     """Learns a table from each step, or plans it from the environment's model.
 
-    An update is of one table entry, or a sweep over all of them.
+    An update changes one table entry, or sweeps over all of them.
 
     Args:
         config: all settings; its algorithm is `tabular` or `value-iteration`.
         spaces: the environment's sizes, and its model for value iteration.
-        streams: the run's generators.
+        streams: the run's random generators.
 
     Raises:
         UserError: the config does not fit the environment.
@@ -37,7 +37,7 @@ class TabularAgent(ActingAgent):
         self._states = states_of(config.table, spaces)
         self.model = QTable(self._states, spaces.num_actions, config.table)
         self.q = np.full(self.model.shape, config.table.initial_value)
-        # SARSA: in each environment the step (s, a, r, s′) whose next action is not known yet
+        # SARSA: for each environment, the step (s, a, r, s′) whose next action is not known yet
         self._pending: list[tuple[int, int, float, int] | None] = [None] * config.training.num_envs
 
     def act(self, observations: FloatArray) -> IntArray:
@@ -74,7 +74,7 @@ class TabularAgent(ActingAgent):
         return {"loss": loss, "mean_q": float(best.mean()), "max_q": float(best.max())}
 
     def _sweep(self, plan: planning.TransitionModel) -> float:
-        """Sweep over all states and actions once; gives the largest squared change."""
+        """Sweep over all states and actions once and return the largest squared change."""
         before, self.q = self.q, planning.sweep(self.q, plan, self._config.learning.gamma)
         self._actor.updates += 1
         return float(np.square(self.q - before).max())
@@ -95,7 +95,7 @@ class TabularAgent(ActingAgent):
                 loss = self._update(*step, terminated=True)
             elif not sarsa:
                 loss = self._update(*step)
-            elif ended[index]:  # truncated: the action that would have come next
+            elif ended[index]:  # truncated: the action that would have been next
                 a_t = int(self.act(steps.observations[index][None])[0])
                 loss = self._update(*step, a_t=a_t)
         return loss
@@ -110,7 +110,7 @@ class TabularAgent(ActingAgent):
         a_t: int = 0,
         terminated: bool = False,
     ) -> float:
-        """Q(s,a) ← Q(s,a) + α·(Y − Q(s,a)); gives (Y − Q(s,a))²."""
+        """Q(s,a) ← Q(s,a) + α·(Y − Q(s,a)); returns (Y − Q(s,a))²."""
         learning = self._config.learning
         discount, q_t = (0.0 if terminated else learning.gamma), self.q[s_t]
         match learning.target:
@@ -149,7 +149,7 @@ class TabularAgent(ActingAgent):
         return {"learner": {"q": self.q}, "pending": self._pending, **self._actor.state()}
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Set the state to what `state` returned.
+        """Restore what `state` returned.
 
         Raises:
             KeyError: something is missing.

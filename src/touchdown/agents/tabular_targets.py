@@ -1,4 +1,4 @@
-"""TD targets for learning a table, one equation a function.
+"""TD targets for a table, one equation per function.
 
 Shapes: B transitions, A actions. As in `td`, γ is inside `discount_t`, which is 0 where the episode
 terminated; a truncated step keeps its discount.
@@ -9,7 +9,7 @@ import numpy as np
 from touchdown.core.types import FloatArray, IntArray
 
 Values = float | FloatArray
-"""One number, or one for each transition of a batch."""
+"""A number, or one per transition of a batch."""
 
 
 def q_learning_target(r_t: Values, discount_t: Values, q_t: FloatArray) -> Values:

@@ -1,4 +1,4 @@
-"""TD errors: one equation a function, in the field's notation.
+"""TD errors: one equation per function, in standard notation.
 
 Shapes: B transitions, A actions, Z quantiles or atoms. γ is inside `discount_t`, which is 0 where
 the episode terminated; a truncated step keeps its discount. Nothing here stops gradients: the
@@ -63,7 +63,7 @@ def double_q_error(
 ) -> Float[Array, " B"]:
     """δ = r + γ·Q̄(s′, argmaxₐ Q(s′,a)) − Q(s,a)   (van Hasselt, Guez & Silver, 2016).
 
-    Args as `q_error`'s, but for:
+    Args as in `q_error`, except:
         q_t_online: Q(s′,·) of the network that learns: it selects.
         q_t_target: Q̄(s′,·) of the target network: it evaluates.
     """
@@ -109,7 +109,7 @@ def quantile_loss(
 
     Args:
         theta_tm1: quantiles of the return of the action taken, at τᵢ = (i + ½) / Z.
-        target: r + γ·θ′ⱼ, the quantiles that they are pulled towards.
+        target: r + γ·θ′ⱼ, the target quantiles.
     """
     count = theta_tm1.shape[-1]
     tau = (jnp.arange(count) + 0.5) / count
@@ -129,7 +129,7 @@ def categorical_projection(
     The probability of r + γ·zⱼ, clipped to the support, is shared between its two nearest atoms.
 
     Args:
-        support: z, atoms at equal distances Δz, least first.
+        support: z, the atoms in increasing order, spaced Δz apart.
         p_t: probabilities of the atoms at s′.
         r_t: rewards.
         discount_t: γ, or 0 where the episode terminated.
@@ -138,7 +138,7 @@ def categorical_projection(
     least, greatest = support[0], support[-1]
     moved = jnp.clip(r_t[:, None] + discount_t[:, None] * support, least, greatest)  # [B, Zⱼ]
     place = (moved - least) * ((count - 1) / (greatest - least))  # bⱼ, from 0 to Z − 1
-    # a product with all pairs, not a scatter to two places: faster on a CPU, alike on any device
+    # a product over all pairs, not a scatter to two places: faster on a CPU, same on any device
     share = jnp.maximum(1 - jnp.abs(place[:, :, None] - jnp.arange(count)), 0)  # [B, Zⱼ, Zᵢ]
     return jnp.einsum("bji,bj->bi", share, p_t, precision="highest")
 
@@ -150,13 +150,13 @@ def categorical_loss(
 
     Args:
         log_p_tm1: logarithms of the atoms' probabilities for the action taken.
-        target_p: Φ, the projected probabilities that they are pulled towards.
+        target_p: Φ, the projected target probabilities.
     """
     return -jnp.sum(target_p * log_p_tm1, axis=-1)
 
 
 def of_action(outputs: Float[Array, "B A ..."], a: Int[Array, " B"]) -> Float[Array, "B ..."]:
     """Q(s,a), or θ(s,a), of one action in each row."""
-    # a product, not an index: on a CPU the gradient of an index is a slow scatter
+    # a product, not an index, because on a CPU the gradient of an index is a slow scatter
     chosen = jax.nn.one_hot(a, outputs.shape[1])
     return jnp.sum(outputs * jnp.expand_dims(chosen, tuple(range(2, outputs.ndim))), axis=1)

@@ -1,1 +1,1 @@
-"""What the verbs of the command line do, as functions for a notebook."""
+"""The verbs of the command line as functions, for notebooks and scripts."""

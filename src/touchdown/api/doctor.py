@@ -1,4 +1,4 @@
-"""Check this installation: what works, what is missing, and what would help."""
+"""Checks this installation: what works, what is missing, and how to fix it."""
 
 import os
 import platform
@@ -33,7 +33,7 @@ class Finding:
 
     name: str
     state: State
-    """`bad`: something will not work. `note`: it works, but could be better."""
+    """`bad`: something does not work. `note`: it works, but could be better."""
     text: str
 
     def to_dict(self) -> dict[str, Any]:
@@ -42,10 +42,10 @@ class Finding:
 
 
 def check_up(runs_dir: Path) -> list[Finding]:
-    """Make every check; takes a second or two.
+    """Run all checks, which takes a second or two.
 
     Args:
-        runs_dir: folder that would hold the runs.
+        runs_dir: folder of the runs.
     """
     checks: dict[str, Callable[[], tuple[State, str]]] = {
         "touchdown": _touchdown,
@@ -93,14 +93,14 @@ def _jax() -> tuple[State, str]:
 
 def _stock() -> tuple[State, str]:
     environment.make_env().env.close()
-    return "good", "gymnasium makes LunarLander-v3"
+    return "good", "Gymnasium creates LunarLander-v3"
 
 
 def _engine() -> tuple[State, str]:
     if not engines.engine_built():
         return "note", (
-            "was not built: stock Gymnasium is used instead, more slowly; install a C++ compiler "
-            "such as g++, then install touchdown again"
+            "was not built, so the slower stock Gymnasium is used; install a C++ compiler such as "
+            "g++ and reinstall touchdown"
         )
     from touchdown.lander._engine import simd  # noqa: PLC0415 - it may not have been built
 
@@ -111,7 +111,7 @@ def _engine() -> tuple[State, str]:
 
 def _exactness() -> tuple[State, str]:
     if not engines.engine_built():
-        return "note", "nothing to compare"
+        return "note", "not checked, because the exact engine was not built"
     stock = gymnasium.make("LunarLander-v3", disable_env_checker=True)
     ours = gymnasium.make(rules.EXACT_ID, disable_env_checker=True)
     rng = np.random.default_rng(_SEED)
@@ -129,12 +129,12 @@ def _exactness() -> tuple[State, str]:
             ended = mine[2] or mine[3]
         if pair[0] != pair[1]:
             return "bad", (
-                f"step {step} differs from stock: on this machine the exact engine does not give "
-                "stock's results; use --engine gymnasium, and please report it"
+                f"step {step} differs from stock: the exact engine does not reproduce its results "
+                "on this machine; use --engine gymnasium, and please report it"
             )
     stock.close()
     ours.close()
-    return "good", f"{_STEPS} steps equal stock's to the last bit"
+    return "good", f"{_STEPS} steps equal to stock's to the last bit"
 
 
 def _films() -> tuple[State, str]:
@@ -142,21 +142,21 @@ def _films() -> tuple[State, str]:
 
     return (
         "good",
-        f"ffmpeg {imageio_ffmpeg.get_ffmpeg_version()} writes MP4; GIFs do not need it",
+        f"ffmpeg {imageio_ffmpeg.get_ffmpeg_version()} for MP4; GIFs do not need it",
     )
 
 
 def _window() -> tuple[State, str]:
     if sys.platform == "linux" and not any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY"))):
-        return "note", "no display: `fly` writes films; `fly --out window` needs a screen"
-    return "good", "there is a display for `fly --out window`"
+        return "note", "no display: `fly` writes films, but `fly --out window` needs one"
+    return "good", "a display is available for `fly --out window`"
 
 
 def _runs(runs_dir: Path) -> tuple[State, str]:
     folder = runs_dir.absolute()
     place = next(path for path in (folder, *folder.parents) if path.exists())
     if not place.is_dir() or not os.access(place, os.W_OK):
-        return "bad", f"{place}: cannot be written to; choose another folder with --runs-dir"
+        return "bad", f"{place}: is not writable; choose another folder with --runs-dir"
     free = shutil.disk_usage(place).free
     text = f"{folder}, {free / 1e9:,.1f} GB free"
-    return ("note", f"{text}: that is little") if free < 1e9 else ("good", text)
+    return ("note", f"{text}, which is low") if free < 1e9 else ("good", text)

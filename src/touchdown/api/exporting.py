@@ -1,4 +1,4 @@
-"""Export a policy for use outside touchdown."""
+"""Exports a policy for use outside touchdown."""
 
 from importlib import resources
 from pathlib import Path
@@ -20,22 +20,22 @@ def export(
     runs_dir: Path | str = DEFAULT_RUNS,
     trust: bool = False,
 ) -> Export:
-    """Write a policy for use elsewhere, with a card that describes it.
+    """Export a policy for use outside touchdown, with a model card.
 
     Args:
         run: a run, its name or its folder, or the name of a policy that comes with touchdown. A run
             takes precedence over a shipped policy of the same name, and its card reports the run's
-            own test episodes; a shipped policy is flown from the test starts for its card.
+            own test episodes; a shipped policy is tested for its card.
         format: `onnx`, for any ONNX runtime and checked against the policy before it is written, or
-            `safetensors`, touchdown's own.
-        out: the folder to make; None makes `<run>-<format>` in the current folder.
-        runs_dir: folder that holds the runs.
-        trust: whether to import the code that the run names: its environment's module, its agent.
+            `safetensors`, touchdown's own format.
+        out: folder to create; None uses `<run>-<format>` in the current folder.
+        runs_dir: folder of the runs.
+        trust: whether to import code that the run names: its environment's module, its agent.
 
     Raises:
         UserError: there is no such run, it has no weights yet or broken files, the folder exists
-            already or cannot be written, a library is not installed, or the model does not act as
-            the policy does.
+            already or cannot be written, a library is not installed, or the model does not act
+            like the policy.
     """
     device.use_default()
     folder = None if out is None else Path(out)

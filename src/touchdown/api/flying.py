@@ -1,4 +1,4 @@
-"""Fly a policy: many greedy episodes for an evaluation, or a single one to film."""
+"""Runs a policy greedily: many episodes for an evaluation, or one for a film."""
 
 from pathlib import Path
 
@@ -28,17 +28,17 @@ def evaluate(
     trust: bool = False,
     console: Console | None = None,
 ) -> Evaluation:
-    """Fly a policy greedily on stock Gymnasium and summarise its episodes.
+    """Run greedy episodes of a policy on stock Gymnasium and summarise them.
 
     Args:
         policy: a run, its name, or another policy; see `PolicyLike`.
-        episodes: number of episodes, each from a start of its own.
-        seed: environment seed of the first start; the other starts have the seeds that follow.
+        episodes: number of episodes, each from a different start.
+        seed: environment seed of the first start; the others have the following seeds.
             Seeds below 1,000,000 are test starts.
-        env_id: the environment for `random`, a `.zip`, and an `.onnx` that names none; other
-            policies know theirs. An id, an environment, or a function that makes one.
-        runs_dir: folder that holds the runs.
-        trust: whether to import the code that a file names: an environment's module or an agent.
+        env_id: the environment for `random`, a `.zip`, or an `.onnx` that does not name one; other
+            policies name theirs. An id, an environment, or a function that makes one.
+        runs_dir: folder of the runs.
+        trust: whether to import code that a file names: an environment's module or an agent.
         console: where to show progress; None shows nothing.
 
     Raises:
@@ -52,7 +52,7 @@ def evaluate(
         # known from now on: the environment is made again for each flight
         plugins.allow(named.env_id)
     shown = console or Console(quiet=True)
-    with progress.counting(shown, f"flying {named.name}", episodes) as count:
+    with progress.counting(shown, f"evaluating {named.name}", episodes) as count:
         return evaluations.evaluate_policy(named, range(seed, seed + episodes), on_episode=count)
 
 
@@ -65,19 +65,19 @@ def fly(
     runs_dir: Path | str = DEFAULT_RUNS,
     trust: bool = False,
 ) -> Flight:
-    """Fly one episode and, if asked to, film it.
+    """Run one greedy episode and optionally film it.
 
     Args:
         policy: a run, its name, or another policy; see `PolicyLike`.
         seed: environment seed of the start.
-        out: a `.gif` or `.mp4` to write, or `window` to watch it live; None makes no film.
-        env_id: the environment for `random`, a `.zip`, and an `.onnx` that names none; other
-            policies know theirs. An id, an environment, or a function that makes one.
-        runs_dir: folder that holds the runs.
-        trust: whether to import the code that a file names: an environment's module or an agent.
+        out: a `.gif` or `.mp4` file to write, or `window` to watch it live; None makes no film.
+        env_id: the environment for `random`, a `.zip`, or an `.onnx` that does not name one; other
+            policies name theirs. An id, an environment, or a function that makes one.
+        runs_dir: folder of the runs.
+        trust: whether to import code that a file names: an environment's module or an agent.
 
     Raises:
-        UserError: there is no such policy, no screen for a window, or `out` cannot be written.
+        UserError: there is no such policy, no display for a window, or `out` cannot be written.
     """
     check_seed(seed)
     with plugins.trusting(everything=trust):

@@ -1,4 +1,4 @@
-"""One run, from its config or its last checkpoint to its last picture."""
+"""Completes one run, from its config or last checkpoint to its pictures."""
 
 import time
 from collections.abc import Callable
@@ -27,15 +27,15 @@ from touchdown.runs.run import FLIGHTS, GIF, MP4, PICTURES, POLICY, Run
 from touchdown.training import finish
 from touchdown.training.trainer import Trainer
 
-OVERLAID = 6  # starts whose flights are drawn over each other: more hide each other
+OVERLAID = 6  # number of starts whose flights are drawn over each other; more would hide each other
 
 
 def complete(folder: RunFolder, console: Console | None) -> Run:
-    """Do what a run still lacks: training, selection of a checkpoint, test, pictures."""
+    """Do the missing parts of a run: training, checkpoint selection, test, pictures."""
     device.use_default()
     where = folder.path.parent
     place = "" if where == DEFAULT_RUNS else f" --runs-dir {where}"
-    continuing = f"continue with: touchdown train --resume {folder.name}{place}"
+    continuing = f"resume with: touchdown train --resume {folder.name}{place}"
     try:
         return _completed(folder, console or Console(quiet=True))
     except Interrupted:
@@ -43,15 +43,15 @@ def complete(folder: RunFolder, console: Console | None) -> Run:
     except OSError as error:
         path = error.filename or folder.path
         raise UserError(
-            f"{path}: cannot be written: {one_line(error)}; what was saved before is whole; "
+            f"{path}: cannot be written: {one_line(error)}; the last saved state is intact; "
             f"{continuing}"
         ) from None
     except (MemoryError, RuntimeError) as error:
         if isinstance(error, RuntimeError) and "RESOURCE_EXHAUSTED" not in str(error):
-            raise  # JAX reports with this text that there is no memory left
+            raise  # JAX reports out of memory with this text
         raise UserError(
             f"{folder.path}: out of memory ({one_line(error)[:120]}); "
-            "a smaller capacity, batch_size or hidden_sizes would fit"
+            "try a smaller capacity, batch_size or hidden_sizes"
         ) from None
 
 
@@ -62,7 +62,7 @@ def _completed(folder: RunFolder, shown: Console) -> Run:
     with (
         views.TrainingView(shown, folder.name) as view,
         progress.stop_on_signals(shown) as stop,
-        # open to the end, because it holds the lock on the run
+        # stays open to the end, because it holds the lock on the run
         closing(
             Trainer(
                 folder,
@@ -84,14 +84,14 @@ def _completed(folder: RunFolder, shown: Console) -> Run:
         tested = finish.fly_test(
             run, baselines=_baselines(config.env_id), on_phase=view.phase, on_episode=advance
         )
-        view.phase("drawing", len(PICTURES) if tested else 1)
+        view.phase("drawing pictures", len(PICTURES) if tested else 1)
         text = _draw_policy(run)
         if tested:
             _draw(run, tested[0], advance)
         finish.save_curve(run, f"{run.name} on {config.env_id}")
     seconds = f"trained in {progress.clock(trained - began)}"
     total = progress.clock(time.monotonic() - began)
-    shown.print(f"{folder.name}: {seconds}, {total} in all", markup=False)
+    shown.print(f"{folder.name}: {seconds}, {total} in total", markup=False)
     if training.stop_when_solved:
         shown.print(_how_it_was_solved(run), markup=False)
     if tested:
@@ -100,41 +100,41 @@ def _completed(folder: RunFolder, shown: Console) -> Run:
             table.evaluation_table(
                 tested,
                 paper=evaluations.is_lander(tested[0]),
-                note=f"{folder.name} is of the preset {config.preset}: {note}." if note else "",
+                note=f"{folder.name} uses the preset {config.preset}: {note}." if note else "",
             )
         )
     if text:
-        shown.print(f"the policy learnt:\n{text}", markup=False, highlight=False)
+        shown.print(f"learned policy:\n{text}", markup=False, highlight=False)
     for path in run.pictures:
         shown.print(f"  {path}", soft_wrap=True, markup=False)
     return run
 
 
 def _baselines(env_id: str) -> tuple[str, ...]:
-    """The policies that a run's results are compared with."""
+    """The baselines of an environment."""
     return ("pid", "heuristic", "random") if rules.is_lander(env_id) else ("random",)
 
 
 def _how_it_was_solved(run: Run) -> str:
-    """The end of a run that stops as soon as its environment is solved, in words."""
+    """A sentence about the end of a run with `stop_when_solved`."""
     facts = policy_weights.facts_of(run.folder.best)
     mean = f"{policy_weights.final_return_of(run.folder.best):.1f}"
     if facts.solved_seconds is None:
-        return f"not solved within its budget: {mean} on validation starts"
+        return f"not solved within its budget: mean return {mean} on validation starts"
     return (
         f"solved after {facts.solved_seconds:.1f} s and {facts.env_steps:,} environment steps: "
-        f"{mean} on {run.config.training.final_validation_episodes} validation starts"
+        f"mean return {mean} on {run.config.training.final_validation_episodes} validation starts"
     )
 
 
 def _draw(run: Run, tested: Evaluation, on_picture: Callable[[], object]) -> None:
-    """Draw the overlaid flights and the film of the flight with the median test return."""
+    """Draw the overlaid flights, and film the flight with the median test return."""
     recorded = finish.record_flights(run, tested, OVERLAID)
     if recorded is not None and recorded.beside:
         flight_figure.save_flights(
             run.path / FLIGHTS,
             recorded.beside,
-            "The same starts, flown by the agent and by the PID",
+            "Flights of the agent and the PID from the same starts",
         )
     on_picture()
     for film in (GIF, MP4):
@@ -144,7 +144,7 @@ def _draw(run: Run, tested: Evaluation, on_picture: Callable[[], object]) -> Non
 
 
 def _draw_policy(run: Run) -> str:
-    """Draw the greedy action in each cell of a gridworld, and return it as text; else ""."""
+    """Draw the greedy policy of a gridworld and return it as text; "" for other environments."""
     policy = run.policy
     env, spaces = environment.make_env(policy.env_id)
     env.close()

@@ -1,4 +1,4 @@
-"""Find the policy that a user means: a policy itself, a run, a name or a file."""
+"""Finds a policy by object, run, name or file."""
 
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -15,12 +15,12 @@ weights (`.safetensors`), gains (`.toml`), an `.onnx` model, a Stable-Baselines3
 
 
 def find_policy(policy: PolicyLike, runs_dir: Path, env_id: str) -> NamedPolicy:
-    """The policy meant. A run takes precedence over a shipped policy of the same name.
+    """Find a policy. A run takes precedence over a shipped policy of the same name.
 
     Args:
         policy: see `PolicyLike`.
-        runs_dir: folder that holds the runs.
-        env_id: the environment for policies that do not know theirs.
+        runs_dir: folder of the runs.
+        env_id: the environment for policies that do not name theirs.
 
     Raises:
         UserError: there is no such policy, its files are broken, or it has no weights yet.
@@ -37,5 +37,5 @@ def find_policy(policy: PolicyLike, runs_dir: Path, env_id: str) -> NamedPolicy:
 
 
 def shipped(name: str, runs_dir: Path) -> Traversable | None:
-    """The weights of a shipped policy; None if a run has that name, or no shipped policy does."""
+    """The weights of a shipped policy; None if a run has that name, or there is no such policy."""
     return None if (runs_dir / name).is_dir() else lookup.shipped(name)

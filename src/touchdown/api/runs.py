@@ -1,4 +1,4 @@
-"""Find a run that is on disk."""
+"""Finds a run on disk."""
 
 from pathlib import Path
 
@@ -8,11 +8,11 @@ from touchdown.runs.run import Run
 
 
 def show(run: str, runs_dir: Path | str = DEFAULT_RUNS) -> Run:
-    """The run of that name.
+    """The run with that name.
 
     Args:
-        run: name of the run, or its folder.
-        runs_dir: folder that holds the runs.
+        run: name or folder of the run.
+        runs_dir: folder of the runs.
 
     Raises:
         UserError: there is no such run.

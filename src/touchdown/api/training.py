@@ -1,4 +1,4 @@
-"""Train an agent, or continue a run that was stopped."""
+"""Trains an agent, or resumes a stopped run."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -32,18 +32,18 @@ def train(
     trust: bool = False,
     console: Console | None = None,
 ) -> Run:
-    """Train an agent, choose its best checkpoint, test it, and draw its figures and film.
+    """Train an agent, select its best checkpoint, test it, and draw its figures and film.
 
     Args:
         config: settings, or the name of a preset.
         env: a Gymnasium id, `module:Id`, an environment, or a function or class that makes one;
-            None takes the config's. An environment is copied for each place in a vector env.
+            None uses the config's. An environment is copied for each place in a vector env.
         agent: a class that fulfils `touchdown.agents.agent.Agent`, or its name,
-            `package.module:Class`; None takes the config's.
-        name: name of the run. None takes `<preset>-<seed>`, with a number appended if that name is
+            `package.module:Class`; None uses the config's.
+        name: name of the run. None uses `<preset>-<seed>`, with a number appended if that name is
             taken.
-        runs_dir: folder that holds the runs.
-        seed: training seed; None takes the config's.
+        runs_dir: folder of the runs.
+        seed: training seed; None uses the config's.
         trust: whether to import the code that the config names. What `env` and `agent` name is
             imported without it.
         console: where to show progress and results; None shows nothing.
@@ -53,9 +53,9 @@ def train(
 
     Raises:
         UserError: the config, the name, the folder or the environment cannot be used, or something
-            could not be written, for example because the disk is full; `resume` continues from what
-            was saved.
-        Interrupted: Ctrl-C or SIGTERM; the run was saved and `resume` continues it.
+            could not be written, for example because the disk is full; `resume` continues from the
+            last saved state.
+        Interrupted: Ctrl-C or SIGTERM; the run was saved, and `resume` continues it.
     """
     settings = preset(config) if isinstance(config, str) else config
     if seed is not None:
@@ -69,7 +69,7 @@ def train(
 
 
 def _trained(settings: Config, name: str | None, runs_dir: Path, console: Console | None) -> Run:
-    # refuse an environment, and settings that do not fit it, before a folder is made
+    # refuse a wrong environment or settings that do not fit it before a folder is created
     spaces = environment.spaces_of(settings.env_id, engine=engines.engine_in_use())
     check_fits(settings, spaces)
     stop_threshold(settings)
@@ -92,13 +92,13 @@ def resume(
     trust: bool = False,
     console: Console | None = None,
 ) -> Run:
-    """Continue a run that was stopped, from its last checkpoint to its end.
+    """Resume a stopped run from its last checkpoint and finish it.
 
     Args:
-        run: name of the run, or its folder.
-        env: what the run was given as `env`, where another process is to find it.
-        agent: what the run was given as `agent`, likewise.
-        runs_dir: folder that holds the runs.
+        run: name or folder of the run.
+        env: the environment that the run was started with, if this process cannot find it by name.
+        agent: the agent's class, likewise.
+        runs_dir: folder of the runs.
         trust: whether to import the code that the run's config names.
         console: where to show progress and results; None shows nothing.
 

@@ -1,4 +1,4 @@
-"""Tune the PID controller."""
+"""Tunes the PID controller."""
 
 from pathlib import Path
 
@@ -26,17 +26,17 @@ def tune_pid(
 
     Args:
         rule: the action rule to tune for: `signed` or `absolute`.
-        starts: training starts flown in each trial.
-        seed: chooses the starts.
-        tolerance: stop once every step is below this fraction of its initial size; above 0 and
-            below 1.
-        begin: gains to start from, or a TOML file of them, such as the result of an earlier tuning;
-            None starts from hand-picked gains.
-        out: a TOML file for the gains; None only returns them.
+        starts: training starts per trial.
+        seed: seed that selects the starts.
+        tolerance: stop once every step size is below this fraction of its initial value; above 0
+            and below 1.
+        begin: gains to start from, or a TOML file with them, such as an earlier result; None starts
+            from hand-picked gains.
+        out: TOML file for the gains; None only returns them.
         console: where to show progress; None shows nothing.
 
     Returns:
-        The best gains found, even if the tuning was stopped before its end.
+        The best gains found, even if tuning was stopped early.
 
     Raises:
         UserError: a number is out of range, `begin` is broken, or `out` cannot be written.
@@ -66,7 +66,7 @@ def tune_pid(
             if stop():
                 break
     if step is None:
-        raise UserError("tuning was stopped before its first trial")
+        raise UserError("tuning was stopped before its first trial ended")
     if out is not None:
         with files.refusing(f"{step.best}: found, but out {str(out)!r}"):
             files.write_atomic(Path(out), pid_tuning.to_toml(step, starts, seed, first))

@@ -13,7 +13,7 @@ from touchdown.studies.executors import Event
 from touchdown.studies.runner import State
 from touchdown.training.pace import TrainingStatus
 
-_SETTLED = 0.2  # share of training after which the mean of recent returns is more than luck
+_SETTLED = 0.2  # share of training after which the mean of recent returns is meaningful
 
 
 class TrainingView(View):
@@ -75,7 +75,7 @@ class StudyView(View):
     Args:
         console: where to draw.
         name: name of the study.
-        name_of: gives a job's name for its digest.
+        name_of: returns a job's name for its digest.
     """
 
     def __init__(self, console: Console, name: str, name_of: Callable[[str], str]) -> None:

@@ -10,14 +10,14 @@ from touchdown.core import plugins
 from touchdown.core.errors import Interrupted, UserError, one_line
 
 _BAD_INPUT = 2
-_INTERRUPTED = 130  # what a shell reports for a program that Ctrl-C ended
+_INTERRUPTED = 130  # what a shell reports for a program ended by Ctrl-C
 
 
 def main(argv: Sequence[str] | None = None) -> None:
     """Run a verb; an error is one line on stderr.
 
     Args:
-        argv: the words after `touchdown`; None takes the process's own.
+        argv: the words after `touchdown`; None uses those of the process.
 
     Raises:
         SystemExit: with code 2 for bad input, 130 after Ctrl-C or SIGTERM, and 0 after help.
@@ -30,7 +30,7 @@ def main(argv: Sequence[str] | None = None) -> None:
         return
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal without UTF-8 still gets its table
+            stream.reconfigure(errors="replace")  # a terminal without UTF-8 still shows tables
     console = Console(width=None if sys.stdout.isatty() else 120, stderr="--json" in args)
     try:
         verb = parse(args)

@@ -1,4 +1,4 @@
-"""Arguments that several verbs share."""
+"""Arguments shared by several verbs."""
 
 import tomllib
 from collections.abc import Sequence
@@ -9,26 +9,26 @@ from tyro.conf import arg
 
 from touchdown.core.errors import UserError
 
-RunsDir = Annotated[Path, arg(help="Folder that holds the runs.")]
-Json = Annotated[bool, arg(help="Print JSON for scripts instead of a table.")]
-Device = Annotated[Literal["cpu", "gpu"], arg(help="Where JAX computes.")]
+RunsDir = Annotated[Path, arg(help="Folder that contains the runs.")]
+Json = Annotated[bool, arg(help="Print JSON instead of a table, for scripts.")]
+Device = Annotated[Literal["cpu", "gpu"], arg(help="Device that JAX computes on.")]
 Engine = Annotated[
     Literal["exact", "gymnasium"] | None,
     arg(
-        help="What simulates the lander: `exact` is ours in C++, `gymnasium` is stock; their "
-        "results are equal to the last bit. None takes `exact` if it was built. Tests and windows "
-        "always use stock."
+        help="What simulates the lander: `exact`, our C++ engine, or `gymnasium`, the original. "
+        "Their results are equal to the last bit. None uses `exact` if it was built. Tests and "
+        "windows always use `gymnasium`."
     ),
 ]
-Episodes = Annotated[int, arg(help="Number of episodes, each from a start of its own.")]
+Episodes = Annotated[int, arg(help="Number of episodes, each from a different start.")]
 FirstSeed = Annotated[
     int, arg(help="Environment seed of the first start; seeds below 1000000 are test starts.")
 ]
 EnvId = Annotated[
     str,
     arg(
-        help="Environment (Gymnasium id or module:Id) for `random`, a .zip, and an .onnx that "
-        "names none; other policies know theirs."
+        help="Environment (Gymnasium id or module:Id) for `random`, a .zip, or an .onnx that does "
+        "not name one; other policies name theirs."
     ),
 ]
 PolicyName = Annotated[
@@ -36,27 +36,25 @@ PolicyName = Annotated[
     arg(
         metavar="POLICY",
         help="A run's name or folder, pid, heuristic, random, a policy that comes with touchdown, "
-        "or a file: .safetensors, .toml, .onnx, or a .zip of Stable-Baselines3.",
+        "or a file: .safetensors, .toml, .onnx, or a .zip from Stable-Baselines3.",
     ),
 ]
-RunName = Annotated[
-    str, arg(metavar="RUN", help="Name of a run in the runs folder, or a run's folder.")
-]
+RunName = Annotated[str, arg(metavar="RUN", help="Name or folder of a run.")]
 
-ResultsDir = Annotated[Path, arg(help="Folder that holds the runs and reports of studies.")]
+ResultsDir = Annotated[Path, arg(help="Folder for the runs and reports of studies.")]
 Scale = Annotated[
     Literal["quick", "full"],
-    arg(help="Scale of the paper's studies: quick suits a laptop, full is the paper's own."),
+    arg(help="Scale of the paper's studies: quick suits a laptop, full is as in the paper."),
 ]
 LastScale = Annotated[
     Literal["quick", "full"] | None,
-    arg(help="Scale of the paper's studies; None takes the scale last run."),
+    arg(help="Scale of the paper's studies; None uses that of the last `study run`."),
 ]
 Seeds = Annotated[
-    int | None, arg(help="Training seeds for each level; None takes the study's own number.")
+    int | None, arg(help="Training seeds per level; None uses the study's own number.")
 ]
 LastSeeds = Annotated[
-    int | None, arg(help="Training seeds for each level; None takes the number last asked for.")
+    int | None, arg(help="Training seeds per level; None uses the number of the last `study run`.")
 ]
 StudyName = Annotated[
     str,
@@ -79,7 +77,7 @@ DEFAULT_RESULTS = DEFAULT_RUNS / "studies"
 
 
 def use_engine(engine: Literal["exact", "gymnasium"] | None) -> None:
-    """Simulate the lander with the engine that a flag chose; None leaves the default.
+    """Simulate the lander with the engine that a flag selects; None keeps the default.
 
     Raises:
         UserError: the exact engine was not built.

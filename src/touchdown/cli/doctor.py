@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Doctor:
-    """Check what works here, what is missing and what would help; exit code 2 if a check fails."""
+    """Check the installation and say how to fix problems; exit code 2 if a check fails."""
 
     json: Json = False
     runs_dir: RunsDir = DEFAULT_RUNS
@@ -30,4 +30,4 @@ class Doctor:
             console.print(tables.findings_table(findings))
         bad = [finding.name for finding in findings if finding.state == "bad"]
         if bad:
-            raise UserError(f"{', '.join(bad)}: will not work; the table says what would help")
+            raise UserError(f"{', '.join(bad)}: will not work; the table says how to fix it")

@@ -1,4 +1,4 @@
-"""Flags under their former names, which scripts may still use."""
+"""Former names of flags, which scripts may still use."""
 
 from collections.abc import Mapping, Sequence
 
@@ -9,11 +9,11 @@ FORMER_FLAGS: Mapping[tuple[str, ...], Mapping[str, str]] = {
     },
     ("tune", "agent"): {"--observations": "--env-steps"},
 }
-"""By verb: each former name and the present one."""
+"""Current name of each former flag, by verb."""
 
 
 def with_present_names(argv: Sequence[str]) -> list[str]:
-    """The command line with every former flag replaced by the present one."""
+    """The command line with every former flag replaced by the current one."""
     names = {
         former: present
         for verb, flags in FORMER_FLAGS.items()

@@ -1,4 +1,4 @@
-"""What tyro complains of, as one line."""
+"""Error messages from tyro, shortened to one line."""
 
 import difflib
 import re
@@ -6,13 +6,13 @@ from collections.abc import Mapping
 
 
 def one_line_of(complaint: str, verb: str, flags: Mapping[str, str]) -> str:
-    """What tyro complains of, on one line; for an unknown flag it names the nearest one.
+    """An error message from tyro on one line; for an unknown flag it suggests the closest one.
 
     Args:
-        complaint: what tyro printed.
+        complaint: text printed by tyro.
         verb: the verb given, such as `train` or `tune agent`.
-        flags: the verb's flags, such as `--seed`, each with the flag to name for it, which is
-            another one if it is a former name; empty if there is no such verb.
+        flags: the verb's flags, such as `--seed`, each with the flag to suggest for it, which
+            differs for a former name; empty if there is no such verb.
     """
     text = re.sub(r"^Error parsing (__tyro\S*: )?", "", _first_paragraph(complaint))
     unknown = re.match(r"Unrecognized options: (--[^\s,=]+)", text)
@@ -24,10 +24,10 @@ def one_line_of(complaint: str, verb: str, flags: Mapping[str, str]) -> str:
 
 
 def _first_paragraph(complaint: str) -> str:
-    """The first paragraph of tyro's complaint, without its frame and its title.
+    """The first paragraph of tyro's message, without its frame and title.
 
-    Ruled lines separate paragraphs. If the terminal does not support UTF-8 there is no frame, and
-    the title is a paragraph of its own.
+    Ruled lines separate paragraphs. If the terminal does not support UTF-8, there is no frame and
+    the title is a separate paragraph.
     """
     paragraphs: list[list[str]] = [[]]
     for line in complaint.splitlines():

@@ -1,4 +1,4 @@
-"""From the words of a command line to a verb with its settings."""
+"""Parses a command line into a verb and its settings."""
 
 import io
 from collections.abc import Iterator, Sequence
@@ -41,7 +41,7 @@ _SECOND_WORDS: dict[str, dict[str, type[Any]]] = {
     "tune": {"pid": TunePid, "agent": TuneAgent},
     "study": {"run": StudyRun, "status": StudyStatus, "report": StudyReport, "list": StudyList},
 }
-"""What follows the first word of a verb of two words; the flags belong to those."""
+"""Second words of two-word verbs, which the flags belong to."""
 
 
 def parse(argv: Sequence[str]) -> Verb:
@@ -51,14 +51,14 @@ def parse(argv: Sequence[str]) -> Verb:
         argv: the words after `touchdown`.
 
     Raises:
-        UserError: there is no such verb, or the rest does not fit it.
+        UserError: there is no such verb, or its arguments are invalid.
         SystemExit: help was printed.
     """
     if argv and not argv[0].startswith("-") and argv[0] not in VERBS:
         raise UserError(f"verb {argv[0]!r}: unknown; choose one of {', '.join(VERBS)}")
     argv = with_present_names(argv)
     defaults = _train_defaults(argv)
-    # the preset is known by now; without it on the line, --help shows where it goes
+    # the preset is known by now; removing it makes --help show where it goes
     rest = argv[2:] if _preset_in(argv) else argv[1:]
     verbs = (
         Annotated[Train, subcommand("train", default=defaults)]
@@ -102,7 +102,7 @@ def named_in(argv: Sequence[str]) -> list[str]:
 
 
 def _train_defaults(argv: Sequence[str]) -> Train:
-    """The defaults of `train`'s flags, which depend on the preset and the TOML file given."""
+    """The defaults of `train`'s flags, which depend on the given preset and TOML file."""
     if not argv or argv[0] != "train":
         return Train()
     given = _preset_in(argv)
@@ -146,14 +146,14 @@ def _value_of(argv: Sequence[str], flag: str) -> str | None:
 
 
 def _verb_in(argv: Sequence[str]) -> tuple[str, ...]:
-    """The verb's words, one or two; none if the line does not begin with a verb."""
+    """The verb's one or two words; empty if the line does not begin with a verb."""
     if not argv or argv[0] not in VERBS:
         return ()
     return tuple(argv[: 2 if set(argv[1:2]) & _SECOND_WORDS.get(argv[0], {}).keys() else 1])
 
 
 def _flags_of(words: Sequence[str]) -> Iterator[str]:
-    """The flags of a verb, without former ones; of all that may follow a lone first word."""
+    """The current flags of a verb; for a lone first word, those of all its second words."""
     if not words:
         return
     inner = _SECOND_WORDS.get(words[0], {"": VERBS[words[0]]})

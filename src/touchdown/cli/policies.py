@@ -1,4 +1,4 @@
-"""The verbs that take a trained policy: `evaluate`, `fly` and `export`."""
+"""The verbs that use a trained policy: `evaluate`, `fly` and `export`."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Evaluate:
-    """Fly a policy greedily on stock Gymnasium from many starts and print the results."""
+    """Run greedy episodes of a policy on stock Gymnasium and print the results."""
 
     policy: Positional[PolicyName]
     episodes: Episodes = 100
@@ -61,7 +61,7 @@ class Evaluate:
 
 @dataclass(frozen=True, kw_only=True)
 class Fly:
-    """Fly one episode and film it."""
+    """Run one greedy episode of a policy and film it."""
 
     policy: Positional[PolicyName]
     seed: Annotated[int, arg(help="Environment seed of the start.")] = 0
@@ -69,7 +69,7 @@ class Fly:
         str | None,
         arg(
             metavar="FILE",
-            help="A .gif or .mp4 to write, or `window` to watch it live; None makes "
+            help="A .gif or .mp4 file to write, or `window` to watch it live; None writes "
             "POLICY-SEED.gif.",
         ),
     ] = None
@@ -101,26 +101,25 @@ class Fly:
 
 @dataclass(frozen=True, kw_only=True)
 class Export:
-    """Write a policy for use elsewhere, with a card that describes it."""
+    """Export a policy for use outside touchdown, with a model card."""
 
     name: Annotated[
         Positional[str],
         arg(
             metavar="RUN",
-            help="Name of a run in the runs folder, a run's folder, or `ace`, which comes with "
-            "touchdown.",
+            help="Name or folder of a run, or `ace`, a policy that comes with touchdown.",
         ),
     ]
     format: Annotated[
         Literal["onnx", "safetensors"],
         arg(
             help="onnx: for any ONNX runtime, checked against the policy before it is written "
-            "(needs touchdown[onnx]); safetensors: touchdown's own."
+            "(needs touchdown[onnx]); safetensors: touchdown's own format."
         ),
     ] = "onnx"
     out: Annotated[
         Path | None,
-        arg(metavar="FOLDER", help="Folder to make; None makes RUN-FORMAT here."),
+        arg(metavar="FOLDER", help="Folder to create; None uses RUN-FORMAT in the current folder."),
     ] = None
     trust: Trust = False
     runs_dir: RunsDir = DEFAULT_RUNS

@@ -1,4 +1,4 @@
-"""Printing plain lines, paths and JSON: never wrapped, never read as markup."""
+"""Prints lines, paths and JSON without wrapping and without interpreting markup."""
 
 import json
 import sys
@@ -11,12 +11,12 @@ if TYPE_CHECKING:
 
 
 def print_line(console: "Console", line: object) -> None:
-    """Print one line that scripts may read: not wrapped, without markup."""
+    """Print one line that scripts may read: unwrapped, without markup."""
     console.print(str(line), soft_wrap=True, markup=False, highlight=False)
 
 
 def print_indented(console: "Console", lines: Iterable[Path | str]) -> None:
-    """Print paths or details under what was printed before."""
+    """Print paths or details, indented under the previous output."""
     for line in lines:
         console.print(f"  {line}", soft_wrap=True, markup=False)
 

@@ -1,4 +1,4 @@
-"""The verbs that look at finished runs: `runs`, `show` and `compare`."""
+"""The verbs that inspect runs: `runs`, `show` and `compare`."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,7 +30,7 @@ class Runs:
             print_json(facts)
             return
         if not facts:
-            console.print(f"no runs in {self.runs_dir}; `touchdown train` makes one", markup=False)
+            console.print(f"no runs in {self.runs_dir}; start one: touchdown train", markup=False)
             return
         console.print(tables.runs_table(facts))
         print_indented(console, [run["error"] for run in facts if run["status"] == "broken"])
@@ -38,7 +38,7 @@ class Runs:
 
 @dataclass(frozen=True, kw_only=True)
 class Show:
-    """Show one run: its settings, its results, and the paths of its pictures."""
+    """Show one run: its settings, results and the paths of its pictures."""
 
     name: Annotated[Positional[RunName], arg(metavar="RUN")]
     json: Json = False
@@ -71,13 +71,13 @@ class Show:
 
 @dataclass(frozen=True, kw_only=True)
 class Compare:
-    """Compare runs on one page; the first is the one that the others are compared with."""
+    """Compare runs on one page; the first run is the baseline."""
 
     names: Annotated[
         Positional[tuple[str, ...]],
         arg(
             metavar="RUN [RUN ...]",
-            help="Runs in the runs folder; those that differ only in the seed count as one.",
+            help="Names or folders of runs; runs that differ only in their seed are grouped.",
         ),
     ]
     out: Annotated[Path, arg(metavar="FOLDER", help="Folder for the page.")] = Path("comparison")

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyRun:
-    """Run a study; runs already done are kept, so the same command continues a stopped study."""
+    """Run a study. Finished runs are kept, so the same command resumes a stopped study."""
 
     name: Positional[StudyName]
     scale: Scale = "quick"
@@ -35,16 +35,16 @@ class StudyRun:
         str,
         arg(
             metavar="local|ray|ray://…",
-            help="Where to run: worker processes on this machine, the Ray cluster that it belongs "
-            "to, or a remote one (needs touchdown[ray]).",
+            help="Where to run: in worker processes on this machine, on the Ray cluster that it "
+            "belongs to, or on a remote one (Ray needs touchdown[ray]).",
         ),
     ] = "local"
-    workers: Annotated[int | None, arg(help="Runs at the same time; None takes one per core.")] = (
+    workers: Annotated[int | None, arg(help="Number of parallel runs; None uses one per core.")] = (
         None
     )
     dry_run: Annotated[
         bool,
-        arg(help="Only print what is missing and how long it will take, measured on this machine."),
+        arg(help="Only print which runs are missing and an estimate of their time, measured here."),
     ] = False
     results_dir: ResultsDir = DEFAULT_RESULTS
 
@@ -75,7 +75,7 @@ class StudyRun:
             console=console,
         )
         took = progress.clock(time.monotonic() - began)
-        console.print(f"{state.done} of {state.total} runs are done, after {took}", markup=False)
+        console.print(f"{state.done} of {state.total} runs are done, in {took}", markup=False)
         if state.failed:
             raise UserError(
                 f"{len(state.failed)} runs failed; `touchdown study status` names them, and the "
@@ -85,11 +85,11 @@ class StudyRun:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyStatus:
-    """Show how much of each study is done, and which runs failed and why."""
+    """Show the progress of each study, and which runs failed and why."""
 
     name: Annotated[
         Positional[str | None],
-        arg(metavar="[NAME]", help="Name of a study; None shows all that were started."),
+        arg(metavar="[NAME]", help="Name of a study; None shows all started studies."),
     ] = None
     scale: LastScale = None
     seeds: LastSeeds = None
@@ -118,7 +118,7 @@ class StudyReport:
 
     name: Annotated[
         Positional[str | None],
-        arg(metavar="[NAME]", help="Name of a study; None takes the only one that was started."),
+        arg(metavar="[NAME]", help="Name of a study; None uses the only started study."),
     ] = None
     scale: LastScale = None
     seeds: LastSeeds = None
@@ -126,7 +126,7 @@ class StudyReport:
         Path | None,
         arg(
             metavar="FOLDER",
-            help="Folder for the page; None makes reports/NAME in the results folder.",
+            help="Folder for the page; None uses reports/NAME in the results folder.",
         ),
     ] = None
     results_dir: ResultsDir = DEFAULT_RESULTS
@@ -151,7 +151,7 @@ class StudyReport:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyList:
-    """List the paper's studies, with their questions, numbers of runs and claims."""
+    """List the paper's studies with their questions and numbers of runs and claims."""
 
     scale: Scale = "quick"
     json: Json = False
@@ -170,7 +170,7 @@ class StudyList:
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """Many runs: the levels of a factor over training seeds, with intervals and verdicts."""
+    """Compare settings over several training seeds, with intervals and verdicts."""
 
     what: (
         Annotated[StudyRun, subcommand("run")]
@@ -180,5 +180,5 @@ class Study:
     )
 
     def run(self, console: "Console") -> None:
-        """Run the verb given."""
+        """Run the selected verb."""
         self.what.run(console)

@@ -62,7 +62,7 @@ def studies_table(found: Sequence[Any]) -> Table:
 
 
 def topics_table(found: Sequence[Any]) -> Table:
-    """One row per topic of the paper: what it asks, and how many runs it takes."""
+    """One row per topic of the paper: its question and number of runs."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("study", no_wrap=True)
     table.add_column("section", no_wrap=True)

@@ -36,14 +36,14 @@ if TYPE_CHECKING:
 def _preset_help() -> str:
     # tyro keeps a line break only if the next line does not begin with a letter
     lines = [f"\n- {name}: {text}" for name, text in presets.SECTIONS_OF_THE_PAPER.items()]
-    return "Settings to start from, given right after `train`:" + "".join(lines) + "\n"
+    return "Preset to start from, given right after `train`:" + "".join(lines) + "\n"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Train:
-    """Train an agent, choose its best checkpoint, test it, and draw its figures and film.
+    """Train an agent, select its best checkpoint, test it, and draw its figures and film.
 
-    Settings come from the preset, then from the --config file, then from the flags.
+    Settings come from the preset, then the --config file, then the flags.
     """
 
     preset: Annotated[Positional[str], arg(metavar="[PRESET]", help=_preset_help())] = "pilot"
@@ -52,16 +52,16 @@ class Train:
         arg(metavar="FILE", help="TOML file of settings, such as a run's config.toml."),
     ] = None
     name: Annotated[
-        str | None, arg(metavar="NAME", help="Name of the run; None takes PRESET-SEED.")
+        str | None, arg(metavar="NAME", help="Name of the run; None uses PRESET-SEED.")
     ] = None
     resume: Annotated[
         str | None,
-        arg(metavar="RUN", help="Continue a stopped run, with the settings that it has."),
+        arg(metavar="RUN", help="Resume a stopped run with its own settings."),
     ] = None
     runs_dir: RunsDir = DEFAULT_RUNS
     device: Device = "cpu"
     engine: Engine = None
-    seed: Annotated[int, arg(help="Training seed: everything random follows from it.")] = 0
+    seed: Annotated[int, arg(help="Training seed, which determines everything random.")] = 0
     env_id: Annotated[
         str,
         arg(
@@ -73,9 +73,9 @@ class Train:
         str,
         arg(
             metavar="NAME",
-            help="What learns: dqn (a network with a replay memory), pqn (a network without one), "
-            "tabular (a table), value-iteration (planning with the environment's own model), or "
-            "your own agent, as package.module:Class; presets choose it.",
+            help="How to learn: with a network and a replay memory (dqn), a network without one "
+            "(pqn), a table (tabular), the environment's own model (value-iteration), or an agent "
+            "of your own (package.module:Class); set by presets.",
         ),
     ] = "dqn"
     options: Annotated[
@@ -99,7 +99,7 @@ class Train:
         """The flags as a config.
 
         Raises:
-            UserError: the settings do not fit each other.
+            UserError: the settings do not go together.
         """
         sections = {name: getattr(self, name) for name in SECTIONS}
         try:
@@ -129,7 +129,7 @@ class Train:
         given = replace(self.settings(), env_id=pilot.env_id, algorithm=pilot.algorithm)
         if given != pilot or self.config or self.name:
             raise UserError(
-                f"resume {self.resume!r}: continues with the run's own settings; "
+                f"resume {self.resume!r}: a run resumes with its own settings; "
                 "leave out the preset and the other flags"
             )
         training.resume(self.resume, runs_dir=self.runs_dir, console=console)

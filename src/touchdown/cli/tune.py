@@ -20,21 +20,21 @@ class TunePid:
     rule: Annotated[
         Literal["signed", "absolute"],
         arg(
-            help="When the main engine fires: `absolute` compares the size of the vertical control "
-            "value, as the paper prints it; `signed` keeps its sign."
+            help="When the main engine fires: `absolute` compares the absolute vertical control "
+            "value, as printed in the paper; `signed` keeps its sign."
         ),
     ] = "signed"
-    starts: Annotated[int, arg(help="Training starts flown in each trial (episodes).")] = 200
-    seed: Annotated[int, arg(help="Chooses the training starts.")] = 0
+    starts: Annotated[int, arg(help="Training starts per trial (one episode each).")] = 200
+    seed: Annotated[int, arg(help="Seed that selects the training starts.")] = 0
     tolerance: Annotated[
-        float, arg(help="Stop once every step is below this fraction of its initial size.")
+        float, arg(help="Stop once every step size is below this fraction of its initial value.")
     ] = 0.2
     begin: Annotated[
         Path | None,
         arg(
             metavar="FILE",
-            help="TOML file of gains to start from, such as the result of an earlier tuning; None "
-            "starts from hand-picked gains.",
+            help="TOML file of gains to start from, such as an earlier result; None starts from "
+            "hand-picked gains.",
         ),
     ] = None
     out: Annotated[Path, arg(metavar="FILE", help="TOML file for the gains.")] = Path("pid.toml")
@@ -59,32 +59,32 @@ class TunePid:
 
 @dataclass(frozen=True, kw_only=True)
 class TuneAgent:
-    """Search a preset's settings with Optuna (touchdown[optuna]), several training seeds per trial.
+    """Tune a preset's hyper-parameters with Optuna, over several training seeds per trial.
 
-    Tuning never uses the seeds that studies report. Run the same command again to continue a
-    stopped search.
+    Needs touchdown[optuna]. Tuning never uses the seeds that studies report. The same command
+    resumes a stopped search.
     """
 
-    preset: Annotated[Positional[str], arg(metavar="PRESET", help="Settings to start from.")]
-    trials: Annotated[int, arg(help="Trials in total, earlier ones included.")] = 30
+    preset: Annotated[Positional[str], arg(metavar="PRESET", help="Preset to start from.")]
+    trials: Annotated[int, arg(help="Total number of trials, including earlier ones.")] = 30
     seeds: Annotated[
-        int, arg(help="Training seeds per trial; the value of a trial is their mean.")
+        int, arg(help="Training seeds per trial; a trial's value is the mean over them.")
     ] = 3
     env_steps: Annotated[
-        int | None, arg(help="Environment steps per training; None takes the preset's limit.")
+        int | None, arg(help="Environment steps per run; None uses the preset's limit.")
     ] = None
-    seed: Annotated[int, arg(help="Seed of the sampler.")] = 0
+    seed: Annotated[int, arg(help="Seed of Optuna's sampler.")] = 0
     storage: Annotated[
         str | None,
         arg(
             metavar="URL",
-            help="Storage for Optuna, such as postgresql://… to share the search between machines; "
-            "None takes SQLite in the results folder.",
+            help="Optuna storage, such as postgresql://… to share the search between machines; "
+            "None uses SQLite in the results folder.",
         ),
     ] = None
     out: Annotated[
         Path | None,
-        arg(metavar="FILE", help="TOML file for the best settings; None makes PRESET-tuned.toml."),
+        arg(metavar="FILE", help="TOML file for the best settings; None uses PRESET-tuned.toml."),
     ] = None
     results_dir: ResultsDir = DEFAULT_RESULTS
 
@@ -110,10 +110,10 @@ class TuneAgent:
 
 @dataclass(frozen=True, kw_only=True)
 class Tune:
-    """Tune the PID controller, or an agent's settings."""
+    """Tune the PID controller or an agent's hyper-parameters."""
 
     what: Annotated[TunePid, subcommand("pid")] | Annotated[TuneAgent, subcommand("agent")]
 
     def run(self, console: "Console") -> None:
-        """Run the verb given."""
+        """Run the selected verb."""
         self.what.run(console)

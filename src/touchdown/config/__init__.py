@@ -1,1 +1,1 @@
-"""Settings of a run: sections, rules between them, TOML, presets."""
+"""Settings of a run: sections, rules across them, TOML, presets."""

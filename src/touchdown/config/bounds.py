@@ -1,12 +1,12 @@
-"""Types of a config's numbers: what they may be, and how a refusal says it."""
+"""Types of a config's numbers: their bounds, and how an error message describes them."""
 
 from typing import Annotated
 
 from msgspec import Meta
 
 MOST_STEPS = 2**31 - 1
-"""Updates that optax counts, in 32 bits."""
-# Above these a setting is a slip of the finger, and would end in a system without memory.
+"""Most updates that optax can count, in 32 bits."""
+# A setting above these is a typing error, and would exhaust the memory.
 MOST_NODES = 100_000
 MOST_TRANSITIONS = 1_000_000_000
 MOST_RESAVES = 1_000_000

@@ -1,4 +1,4 @@
-"""Checks of a section's fields, where a config is made."""
+"""Checks of a section's fields when a config is made."""
 
 import contextlib
 import dataclasses
@@ -15,30 +15,31 @@ from touchdown.core.complaints import complaint
 
 
 def check(section: object, name: str, *, ok: bool, wanted: str) -> None:
-    """Refuse a field's value.
+    """Refuse a field's value unless it is `ok`.
 
     Raises:
-        ValueError: it is not `ok`; names the field, the value and what is wanted.
+        ValueError: it is not `ok`; the message names the field, the value and what is wanted.
     """
     if not ok:
         raise ValueError(f"{name} = {getattr(section, name)!r}: must be {wanted}")
 
 
 def is_plain_name(name: str) -> bool:
-    """Whether a name can be a folder's everywhere, and a figure's title."""
+    """Whether a name is valid as a folder's on every system, and as a figure's title."""
     return re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}", name) is not None
 
 
 def settle(section: Any) -> None:
-    """Refuse values that their fields' types or bounds exclude, and make equal values identical.
+    """Refuse values that are of the wrong type or out of bounds, and make equal values identical.
 
-    1 and 1.0, a list and a tuple, NumPy's scalars and Python's: the same setting, one digest.
+    1 and 1.0, a list and a tuple, a NumPy scalar and a Python one are the same setting and give
+    the same digest.
 
     Args:
-        section: a frozen dataclass that is being made.
+        section: a frozen dataclass under construction.
 
     Raises:
-        ValueError: a field's value is of another type, out of bounds, not among its choices, or
+        ValueError: a field's value is of the wrong type, out of bounds, not among its choices, or
             not finite.
     """
     for name, kind in _kinds(cast(type[Any], type(section))).items():
@@ -61,14 +62,14 @@ def _settled(given: Any, kind: Any, name: str) -> Any:
         settled = msgspec.convert(value, kind)
     except msgspec.ValidationError:
         settled = math.nan
-    # TOML and Python have infinite numbers and NaN, which no type excludes
+    # TOML and Python allow infinity and NaN, which no type excludes
     if _is_finite(settled):
         return settled
     with contextlib.suppress(msgspec.ValidationError):
-        # a number that is only out of bounds is shown as the field would have it, 2 as 2.0
+        # a number that is only out of bounds is shown in the field's type, 2 as 2.0
         value = msgspec.convert(value, _without_bounds(kind))
     said = complaint(value, kind, name)
-    raise ValueError(said or f"{name} = {value!r}: must be a plain value of Python")
+    raise ValueError(said or f"{name} = {value!r}: must be a plain Python value")
 
 
 def _without_bounds(kind: Any) -> Any:
@@ -76,8 +77,8 @@ def _without_bounds(kind: Any) -> Any:
 
 
 def _plain(value: Any) -> Any:
-    """A value without NumPy's scalars and without a zero's sign."""
-    numpy = sys.modules.get("numpy")  # slow to load, and where it is not, no value is of it
+    """A value without NumPy scalars and without negative zeros."""
+    numpy = sys.modules.get("numpy")  # slow to load; without it no value is a NumPy scalar
     if numpy is not None and isinstance(value, numpy.generic):
         return _plain(value.item())
     if isinstance(value, dict):

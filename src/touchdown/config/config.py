@@ -1,4 +1,4 @@
-"""All settings of a run in one frozen value, with a digest."""
+"""All settings of a run in one frozen value with a digest."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -28,16 +28,16 @@ class Config:
     """Everything that decides what a run does: the same config on one machine repeats the run."""
 
     preset: str = "custom"
-    """Name of the preset that the settings started from (a label; it changes nothing)."""
+    """Name of the preset that the settings are based on (a label without effect)."""
     seed: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
-    """Training seed: weights, exploration, replay and training starts follow from it."""
+    """Training seed: determines initial weights, exploration, replay and training starts."""
     env_id: str = "LunarLander-v3"
-    """Gymnasium id, `module:Id` or `module:function` of an environment whose observations are a
-    flat Box or Discrete, and whose actions are Discrete."""
+    """Gymnasium id, `module:Id` or `module:function` of an environment with a flat Box or Discrete
+    observation space and a Discrete action space."""
     algorithm: str = "dqn"
-    """What learns: `dqn`, a network with a replay memory; `pqn`, a network without one; `tabular`,
-    a table; `value-iteration`, a plan made from the environment's own model; or an agent of your
-    own, as `package.module:Class`."""
+    """How to learn: with a network and a replay memory (dqn), a network without one (pqn), a table
+    (tabular), the environment's own model (value-iteration), or an agent of your own
+    (package.module:Class)."""
     options: dict[str, bool | int | float | str] = field(default_factory=dict[str, Any], hash=False)
     """Settings of an agent of your own, passed to its class by name."""
     network: NetworkConfig = field(default_factory=NetworkConfig)
@@ -63,7 +63,7 @@ class Config:
 
     @property
     def digest(self) -> str:
-        """12 hex digits that two configs share only if they are equal, `preset` aside.
+        """12 hex digits that two configs share only if they are equal, ignoring `preset`.
 
         A field that is added later and has its default changes no digest.
         """
@@ -71,9 +71,9 @@ class Config:
 
 
 def from_toml(path: Path) -> Config:
-    """The config in a TOML file; fields that it leaves out have their defaults.
+    """The config in a TOML file; missing fields have their defaults.
 
     Raises:
-        UserError: an unreadable file, an unknown field, a refused value, another format version.
+        UserError: unreadable file, unknown field, invalid value or another format version.
     """
     return from_values(read_toml(path), Config(), path)

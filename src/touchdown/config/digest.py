@@ -44,7 +44,7 @@ its digest when a field is added.
 FORMER_NAMES = {
     "training": {"max_env_steps": "max_observations", "candidate_checkpoints": "finalists"}
 }
-"""The first version's names of fields that have since been renamed, by section."""
+"""Original names of renamed fields, by section."""
 
 
 def digest_of(config: "DataclassInstance") -> str:

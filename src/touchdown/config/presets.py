@@ -1,4 +1,4 @@
-"""Named configurations, each with where it comes from."""
+"""Named configurations, each with its source."""
 
 from dataclasses import replace
 from typing import Any
@@ -15,7 +15,7 @@ from touchdown.core.errors import UserError
 
 
 def _with(base: Config, **changes: Any) -> Config:
-    """A config with some fields changed: of a section by a dictionary, of the top by a value."""
+    """A config with some fields changed; a dictionary changes the fields of a section."""
     return replace(
         base,
         **{
@@ -25,7 +25,7 @@ def _with(base: Config, **changes: Any) -> Config:
     )
 
 
-# Values that the paper leaves unstated; docs/deviations.md has how they were found.
+# Values that the paper does not state; docs/deviations.md describes how they were found.
 _DQN = Config(
     network=NetworkConfig(hidden_sizes=(100, 100, 100)),
     exploration=ExplorationConfig(schedule="exponential", epsilon_decay=0.975, epsilon_end=0.05),
@@ -43,7 +43,7 @@ _TARGET = _with(_DQN, learning={"target_period": 1_000})
 _RESAVED: dict[str, Any] = {"resaves": 10, "resave_threshold": 99.0}
 _PILOT = _with(
     _DQN,
-    replay={"resave_threshold": 99.0},  # it still decides what counts as rewarded
+    replay={"resave_threshold": 99.0},  # still decides which transitions count as rewarded
     learning={"reward_scale": 0.1, "learning_rate": 5e-4, "target_period": 800},
     training={
         "episodes": 5_000,
@@ -52,7 +52,7 @@ _PILOT = _with(
         "candidate_checkpoints": 8,
     },
 )
-# The field's variants are shown with 16 environments and an update every fourth environment step,
+# The later variants are shown with 16 environments and an update every fourth environment step,
 # which takes a third of `pilot`'s time.
 _VECTOR = _with(
     _PILOT,
@@ -130,8 +130,8 @@ _SWIFT = _with(
     },
 )
 
-# The squared loss gives the rare crash of a fast landing its whole weight: with Huber's some 1% of
-# landings stay crashes, however long it trains.
+# The squared loss gives the rare crash of a fast landing its full weight: with the Huber loss about
+# 1% of landings remain crashes, however long it trains.
 _ACE = _with(
     _SWIFT,
     network={"hidden_sizes": (128, 128)},
@@ -166,11 +166,11 @@ _NAMED: dict[str, tuple[str, Config]] = {
         _with(_DQN, replay=_RESAVED, learning={"gamma": 0.99, "target_period": 800}),
     ),
     "pilot": (
-        "section 9 without resaves, 180,000 env steps at a higher learning rate; `make land`",
+        "section 9 without re-saves, 180,000 env steps at a higher learning rate; `make land`",
         _PILOT,
     ),
     "tabular-q": (
-        "section 1, Algorithm 1: a table, for FrozenLake-v1 or another env with few states",
+        "section 1, Algorithm 1: a table, for FrozenLake-v1 or other envs with few states",
         _TABLE,
     ),
     "tabular-sarsa": (
@@ -178,7 +178,7 @@ _NAMED: dict[str, tuple[str, Config]] = {
         _with(_TABLE, learning={"target": "sarsa"}),
     ),
     "tabular-expected-sarsa": (
-        "`tabular-sarsa`, mean over next actions (van Seijen et al., 2009)",
+        "`tabular-sarsa` with the mean over next actions (van Seijen et al., 2009)",
         _with(_TABLE, learning={"target": "expected-sarsa"}),
     ),
     "value-iteration": (
@@ -211,7 +211,7 @@ _NAMED: dict[str, tuple[str, Config]] = {
         ),
     ),
     "online-q": (
-        "section 3, Eq. 4: each transition once, no replay and no target network",
+        "section 3, Eq. 4: each transition is used once; no replay, no target network",
         _with(
             _PILOT,
             replay={"capacity": 1, "min_size": 1},
@@ -239,7 +239,7 @@ _NAMED: dict[str, tuple[str, Config]] = {
         _with(_VECTOR, learning={"n_step": 3}),
     ),
     "prioritized-dqn": (
-        "`vector-dqn` with prioritized replay (Schaul et al., 2016)",
+        "`vector-dqn` with prioritised replay (Schaul et al., 2016)",
         _with(_VECTOR, replay={"prioritized": True, "beta_duration": 45_000}),
     ),
     "polyak-dqn": (
@@ -251,11 +251,11 @@ _NAMED: dict[str, tuple[str, Config]] = {
         _with(_VECTOR, network={"layer_norm": True}),
     ),
     "qr-dqn": (
-        "`vector-dqn` with 32 quantiles of each action's return (Dabney et al., 2018)",
+        "`vector-dqn` with 32 quantiles for each action's return (Dabney et al., 2018)",
         _with(_VECTOR, network={"quantiles": 32}),
     ),
     "c51-dqn": (
-        "`vector-dqn` with 51 atoms of each action's return (Bellemare et al., 2017)",
+        "`vector-dqn` with 51 atoms for each action's return (Bellemare et al., 2017)",
         _with(_VECTOR, network=_ATOMS),
     ),
     "noisy-dqn": (
@@ -263,7 +263,7 @@ _NAMED: dict[str, tuple[str, Config]] = {
         _with(_VECTOR, network={"noisy": True}, exploration=_NO_EPSILON),
     ),
     "rainbow": (
-        "the field's variants combined, with layer normalisation (after Hessel et al., 2018)",
+        "most variants combined, with layer normalisation (after Hessel et al., 2018)",
         _with(
             _RAINBOW_LITE,
             network={**_ATOMS, "noisy": True},
@@ -272,7 +272,7 @@ _NAMED: dict[str, tuple[str, Config]] = {
         ),
     ),
     "rainbow-lite": (
-        "`rainbow` without its slow parts: atoms, noise, priorities (Hessel et al., 2018)",
+        "`rainbow` without its slow parts: atoms, noisy weights, priorities (Hessel et al., 2018)",
         _RAINBOW_LITE,
     ),
     "pqn": (
@@ -280,11 +280,11 @@ _NAMED: dict[str, tuple[str, Config]] = {
         _PQN,
     ),
     "swift": (
-        "`pqn`, fused, in 64 environments, until verified to land (Gallici et al., 2025)",
+        "`pqn`, fused, 64 environments; stops once verified to land (Gallici et al., 2025)",
         _SWIFT,
     ),
     "ace": (
-        "`swift` with a wider network, for minutes, to the best return (Gallici et al., 2025)",
+        "`swift`, but wider and trained for minutes, for the best return (Gallici et al., 2025)",
         _ACE,
     ),
     "cartpole": ("CartPole-v1 (section 4)", _with(_CLASSIC, env_id="CartPole-v1")),
@@ -324,7 +324,7 @@ SECTIONS_OF_THE_PAPER = {name: text for name, (text, _) in _NAMED.items()}
 
 
 def preset(name: str) -> Config:
-    """The preset of that name.
+    """The preset with that name.
 
     Raises:
         UserError: there is none.

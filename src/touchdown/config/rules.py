@@ -1,4 +1,4 @@
-"""Rules across the sections of a config: what does not go together, and what would do nothing."""
+"""Rules across the sections of a config: which settings conflict, and which would do nothing."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ from touchdown.config.sections import (
 
 
 class Sections(Protocol):
-    """What the rules read of a `Config`."""
+    """The parts of a `Config` that the rules read."""
 
     @property
     def algorithm(self) -> str: ...  # noqa: D102 - as `Config` says
@@ -32,7 +32,7 @@ class Sections(Protocol):
 
 
 _STEP_SIZE = {"learning_rate", "learning_rate_end", "learning_rate_duration"}
-# the fields that an algorithm reads, by section: None is all of them, a section left out none
+# the fields that an algorithm reads, by section: None means all; of a missing section, none
 _USED: dict[str, dict[str, frozenset[str] | None]] = {
     "dqn": {"network": None, "replay": None, "learning": None},
     "pqn": {
@@ -76,15 +76,15 @@ _FUSED: dict[str, dict[str, object]] = {
 
 
 def check_together(config: Sections) -> None:
-    """Refuse sections that do not go together.
+    """Refuse settings that do not go together.
 
     Raises:
-        ValueError: two fields exclude each other, or the algorithm makes no use of one that is set.
+        ValueError: two fields exclude each other, or one is set that the algorithm does not use.
     """
     if config.network.quantiles and config.learning.loss != "huber":
         raise ValueError(
             f"loss = {config.learning.loss!r}: must be huber with quantiles = "
-            f"{config.network.quantiles}, whose loss is Huber's"
+            f"{config.network.quantiles}, which use the quantile Huber loss"
         )
     if config.learning.backend == "fused":
         _refuse_what_is_not_fused(config)
@@ -109,7 +109,7 @@ def _refuse_what_is_not_fused(config: Sections) -> None:
     sizes = config.network.hidden_sizes
     if len(sizes) > MOST_FUSED_LAYERS:
         raise ValueError(
-            f"hidden_sizes = {sizes}: must be at most {MOST_FUSED_LAYERS} "
+            f"hidden_sizes = {sizes}: must have at most {MOST_FUSED_LAYERS} "
             "layers with backend = 'fused'"
         )
 
@@ -131,7 +131,7 @@ def _refuse_what_does_nothing(config: Sections) -> None:
             if item.name not in of_section and value != left:
                 raise ValueError(
                     f"{item.name} = {value!r}: must stay {left!r} with algorithm = "
-                    f"{config.algorithm!r}, which makes no use of it"
+                    f"{config.algorithm!r}, which does not use it"
                 )
     largest = config.learning.learning_rate
     if config.learning.learning_rate_duration:
@@ -139,12 +139,12 @@ def _refuse_what_does_nothing(config: Sections) -> None:
     if config.algorithm == "tabular" and largest > 1:
         raise ValueError(
             f"learning_rate = {largest}: must be at most 1 with algorithm = 'tabular'; "
-            "larger steps overshoot their target and diverge"
+            "larger steps overshoot the target and diverge"
         )
     steps = config.training.num_envs * config.rollout.rollout_steps
     if config.algorithm == "pqn" and config.rollout.minibatches > steps:
         raise ValueError(
-            f"minibatches = {config.rollout.minibatches}: must be at most the steps of a "
+            f"minibatches = {config.rollout.minibatches}: must be at most the number of steps in a "
             f"rollout, num_envs * rollout_steps = {steps}"
         )
     if config.algorithm == "dqn" and config.learning.target == "expected-sarsa":

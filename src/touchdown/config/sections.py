@@ -1,4 +1,4 @@
-"""The sections of a config: each a frozen dataclass that says its units and refuses nonsense."""
+"""The sections of a config: frozen dataclasses that state units and reject invalid values."""
 
 import math
 from dataclasses import dataclass
@@ -25,39 +25,40 @@ from touchdown.core.starts import TEST_STARTS, VALIDATION_STARTS
 ALGORITHMS = ("dqn", "pqn", "tabular", "value-iteration")
 Backend = Literal["jax", "fused"]
 
-_MOST_STATES = 100_000_000  # of a table: more would end in a system without memory
+_MOST_STATES = 100_000_000  # of a table: more would exhaust the memory
 MOST_FUSED_LAYERS = 16
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NetworkConfig:
-    """The Q-network: a multilayer perceptron (section 5)."""
+    """The Q-network, a multilayer perceptron (section 5)."""
 
     hidden_sizes: tuple[int, ...] = (100, 100, 100)
-    """Nodes of each hidden layer, first to last."""
+    """Units in each hidden layer, from first to last."""
     activation: Literal["relu", "tanh", "silu"] = "relu"
-    """Function after each hidden layer."""
+    """Activation function of the hidden layers."""
     dueling: bool = False
-    """One output for the state's value and one for each action's advantage (Wang et al., 2016)."""
+    """Dueling head: one output for the state value and one for each action's advantage (Wang et
+    al., 2016)."""
     layer_norm: bool = False
-    """Layer normalisation before each hidden layer's function (Ba, Kiros & Hinton, 2016)."""
+    """Layer normalisation before each activation function (Ba, Kiros & Hinton, 2016)."""
     quantiles: Annotated[
         int, Meta(ge=0, le=MOST_NODES, description=f"from 0 (none) to {MOST_NODES}")
     ] = 0
-    """Quantiles of the return that each action's output has (QR-DQN; Dabney et al., 2018); 0 is one
-    number, its mean."""
+    """Quantiles of the return predicted for each action (QR-DQN; Dabney et al., 2018); 0 predicts
+    only the mean."""
     atoms: int = 0
-    """Fixed returns to which each action's output gives probabilities (C51; Bellemare et al.,
-    2017), 2 or more; 0 is one number, their mean."""
+    """Atoms of the return distribution predicted for each action (C51; Bellemare et al., 2017), 2
+    or more; 0 predicts only the mean."""
     v_min: float = -10.0
-    """Least of the atoms; returns below count as it (scaled reward units)."""
+    """Smallest atom; lower returns are clipped to it (scaled reward units)."""
     v_max: float = 10.0
-    """Greatest of the atoms; returns above count as it (scaled reward units)."""
+    """Largest atom; higher returns are clipped to it (scaled reward units)."""
     noisy: bool = False
-    """Weights drawn anew around learned means at each update, for exploration (Fortunato et al.,
-    2018); the greedy policy takes the means."""
+    """Noisy network: weights are sampled around learned means at each update, for exploration
+    (Fortunato et al., 2018); the greedy policy uses the means."""
     noisy_sigma: Positive = 0.5
-    """σ₀: deviation of noisy weights at the start, times the root of the layer's inputs."""
+    """σ₀: noisy weights start with a standard deviation of σ₀ / √(inputs of the layer)."""
 
     def __post_init__(self) -> None:
         settle(self)
@@ -70,32 +71,33 @@ class NetworkConfig:
         if self.atoms and self.quantiles:
             raise ValueError(
                 f"atoms = {self.atoms}: must be 0 with quantiles = {self.quantiles}; "
-                "a return is described by one or the other, not both"
+                "use one or the other to describe a return, not both"
             )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReplayConfig:
-    """The memory (Algorithm 2) and its preferential re-saves (section 7)."""
+    """The replay memory (Algorithm 2) and its preferential re-saves (section 7)."""
 
     capacity: Transitions = 100_000
-    """Size of the first-in, first-out memory (transitions, copies counted)."""
+    """Capacity of the first-in, first-out replay memory (transitions, re-saved copies included)."""
     min_size: Annotated[int, Meta(ge=1, description="at least 1 transition")] = 1_000
-    """Transitions held before the first update."""
+    """Transitions in the replay memory before the first update (warm-up)."""
     resaves: Annotated[int, Meta(ge=0, le=MOST_RESAVES)] = 0
-    """τ: how often a rewarded transition is stored again; 0 is plain replay."""
+    """τ: extra copies stored of each rewarded transition; 0 is plain replay."""
     resave_threshold: float = 0.0
-    """A transition is rewarded when its reward is above this (reward units)."""
+    """A transition counts as rewarded if its reward exceeds this (reward units)."""
     prioritized: bool = False
-    """Transitions are drawn by their last TD error (Schaul et al., 2016), not uniformly."""
+    """Prioritised replay: sample transitions by their last TD error (Schaul et al., 2016), not
+    uniformly."""
     alpha: Share = 0.6
-    """Exponent of the priorities; 0 would be uniform."""
+    """Priority exponent; 0 samples uniformly."""
     beta: Share = 0.4
-    """Exponent of the importance weights at the start; it rises to 1 in a line."""
+    """Initial exponent of the importance-sampling weights; it increases linearly to 1."""
     beta_duration: Annotated[
         int, Meta(ge=1, le=MOST_STEPS, description=f"from 1 to {MOST_STEPS} updates")
     ] = 100_000
-    """Updates until that exponent is 1."""
+    """Updates until beta reaches 1."""
 
     def __post_init__(self) -> None:
         settle(self)
@@ -110,14 +112,14 @@ class ExplorationConfig:
     """ε-greedy exploration (section 2, Eq. 3)."""
 
     schedule: Literal["constant", "linear", "exponential"] = "exponential"
-    """How ε falls: not at all, linearly over environment steps, or by a factor per episode (the
-    paper's)."""
+    """How ε decreases: not at all, linearly over environment steps, or by a constant factor per
+    episode (as in the paper)."""
     epsilon_start: Share = 1.0
-    """ε at the start (probability)."""
+    """Initial ε (probability)."""
     epsilon_end: Share = 0.01
-    """Floor of ε for the linear and the exponential schedule (probability)."""
+    """Final ε of the linear and exponential schedules (probability)."""
     epsilon_decay: Share = 0.975
-    """Factor on ε after each episode, for the exponential schedule."""
+    """Factor applied to ε after each episode, for the exponential schedule."""
     epsilon_duration: Annotated[int, Meta(ge=1, description="at least 1 env step")] = 50_000
     """Environment steps from epsilon_start to epsilon_end, for the linear schedule."""
 
@@ -132,58 +134,58 @@ class ExplorationConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LearningConfig:
-    """Q-learning's update (Eq. 4 and 5) and its optimiser (appendix B)."""
+    """The Q-learning update (Eq. 4 and 5) and its optimiser (appendix B)."""
 
     gamma: Share = 0.99
-    """γ: discount of the next step's value."""
+    """γ: discount factor."""
     learning_rate: Positive = 5e-4
-    """Step size of the optimiser, at the start."""
+    """Initial learning rate of the optimiser."""
     learning_rate_end: NonNegative = 0.0
-    """Step size once learning_rate_duration updates are done."""
+    """Learning rate after learning_rate_duration updates."""
     learning_rate_duration: Steps = 0
-    """Updates over which the step size falls in a line; 0 keeps learning_rate throughout."""
+    """Updates for a linear change to learning_rate_end; 0 keeps learning_rate constant."""
     optimizer: Literal["adam", "adamw", "rmsprop", "sgd"] = "adam"
-    """Optimiser, by optax's name."""
+    """Optimiser, by its name in optax."""
     backend: Backend = "jax"
-    """What computes updates: `jax`, or `fused`: forward, backward and Adam in one call of our own,
-    in C++ on the CPU, for networks of ReLU layers whose outputs are values."""
+    """What computes updates: `jax`, or `fused`, which runs forward pass, backward pass and Adam in
+    one C++ call on the CPU (only ReLU networks whose outputs are values)."""
     batch_size: Transitions = 64
-    """Transitions in a minibatch."""
+    """Transitions per minibatch."""
     loss: Literal["mse", "huber"] = "mse"
-    """Loss of the TD error: its square, or Huber's with the knee at 1 scaled reward unit. With
-    atoms it is not used: their loss is the cross entropy."""
+    """Loss on the TD error: squared, or Huber with its threshold at 1 scaled reward unit. Ignored
+    when atoms is set, which uses the cross-entropy loss."""
     reward_scale: Positive = 1.0
-    """Factor on rewards inside the update (recorded returns keep their units)."""
+    """Factor applied to rewards in updates (recorded returns stay unscaled)."""
     max_grad_norm: Annotated[float, Meta(ge=0, description="0 (never) or more")] = 0.0
-    """Gradient clipping: the largest norm that a gradient may have; 0 never clips."""
+    """Clip gradients to this norm; 0 disables clipping."""
     target: Literal["q-learning", "sarsa", "expected-sarsa"] = "q-learning"
-    """What the TD target takes of the next action values: the greatest, the one of the action that
-    came next (appendix A), or their mean over the ε-greedy policy."""
+    """Next action value in the TD target: the maximum (q-learning), that of the next action taken
+    (sarsa, appendix A), or the mean under the ε-greedy policy (expected-sarsa)."""
     update_period: Annotated[int, Meta(ge=1, description="at least 1 env step")] = 1
-    """Environment steps between updates (Algorithm 2: 1); with 32 environments, 16 makes two
-    updates each time that all of them have taken a step."""
+    """Environment steps between updates (1 in Algorithm 2), counted over all environments: with 32
+    environments and a period of 16, there are two updates per step of the vector environment."""
     gradient_steps: Annotated[
         int, Meta(ge=1, le=MOST_N_STEP, description=f"1 to {MOST_N_STEP} updates")
     ] = 1
-    """Updates each time."""
+    """Gradient steps each time an update is due."""
     target_period: Steps = 0
-    """n: environment steps between copies to the target network; 0 makes no copies (section 6)."""
+    """n: target network update period in environment steps; 0 never copies weights (section 6)."""
     polyak: Annotated[float, Meta(ge=0, le=1, description="from 0 (never) to 1")] = 0.0
-    """Soft update: the share of the online weights that the target network takes over after each
-    update (Lillicrap et al., 2016); 0 never. Copies and soft updates exclude each other; with
-    neither there is no target network."""
+    """Soft update: fraction of the online weights mixed into the target network after each update
+    (Lillicrap et al., 2016); 0 disables it. Excludes target_period; if both are 0, there is no
+    target network."""
     double: bool = False
-    """The online network selects the next action, the target network evaluates it (van Hasselt et
-    al., 2016)."""
+    """Double Q-learning: the online network selects the next action and the target network
+    evaluates it (van Hasselt et al., 2016)."""
     n_step: Annotated[int, Meta(ge=1, le=MOST_N_STEP, description=f"1 to {MOST_N_STEP}")] = 1
-    """Steps whose rewards one transition gathers before it bootstraps."""
+    """Number of rewards summed before bootstrapping (n-step returns)."""
 
     def __post_init__(self) -> None:
         settle(self)
         if self.polyak and self.target_period:
             raise ValueError(
                 f"polyak = {self.polyak}: must be 0 with target_period = {self.target_period}; "
-                "a target network is copied or updated softly, not both"
+                "a target network is either copied or softly updated, not both"
             )
         if self.double and not self.has_target:
             raise ValueError(
@@ -192,29 +194,30 @@ class LearningConfig:
             )
         if self.double and self.target != "q-learning":
             raise ValueError(
-                f"double = True: must be False with target = {self.target!r}, which gives "
-                "the next action, so that nothing is left to select"
+                f"double = True: must be False with target = {self.target!r}, "
+                "which does not select a greedy action"
             )
 
     @property
     def has_target(self) -> bool:
-        """Whether a target network bootstraps."""
+        """Whether there is a target network."""
         return self.target_period > 0 or self.polyak > 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TableConfig:
-    """A table of action values (Algorithm 1), and how Box observations are binned into states."""
+    """The table of action values (Algorithm 1), and how Box observations are binned into states."""
 
     bins: tuple[int, ...] = ()
-    """Equal parts of each dimension of a Box; a Discrete environment has its states already."""
+    """Number of equal-width bins in each dimension of a Box; () for a Discrete environment."""
     bins_low: tuple[float, ...] = ()
-    """Where the parts of each dimension begin; what is below belongs to the first. () takes the
-    environment's own bounds."""
+    """Lower edge of the first bin in each dimension; lower values fall into that bin. () uses the
+    environment's bounds."""
     bins_high: tuple[float, ...] = ()
-    """Where they end; what is above belongs to the last. () takes the environment's own bounds."""
+    """Upper edge of the last bin in each dimension; higher values fall into that bin. () uses the
+    environment's bounds."""
     initial_value: float = 0.0
-    """Every action's value at the start; a high one makes the agent try everything."""
+    """Initial value of every action; a high value encourages exploration."""
 
     def __post_init__(self) -> None:
         settle(self)
@@ -222,15 +225,15 @@ class TableConfig:
             bounds = getattr(self, name)
             if bounds and len(bounds) != len(self.bins):
                 raise ValueError(
-                    f"{name} = {bounds!r}: must be () or as many as bins = {self.bins!r}"
+                    f"{name} = {bounds!r}: must be () or as long as bins = {self.bins!r}"
                 )
         check(self, "bins", ok=all(count > 0 for count in self.bins), wanted="at least 1 each")
         if math.prod(self.bins) > _MOST_STATES:
             raise ValueError(
-                f"bins = {self.bins!r}: make {math.prod(self.bins)} states, "
+                f"bins = {self.bins!r}: gives {math.prod(self.bins)} states, "
                 f"must be at most {_MOST_STATES}"
             )
-        # one of them may be left out
+        # one of them may be empty
         if any(low >= high for low, high in zip(self.bins_low, self.bins_high, strict=False)):
             raise ValueError(
                 f"bins_low = {self.bins_low!r}: must be below bins_high = {self.bins_high!r}"
@@ -239,16 +242,16 @@ class TableConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RolloutConfig:
-    """Learning without a memory, from the latest steps of many environments (PQN)."""
+    """Learning without a replay memory, from the latest steps of many environments (PQN)."""
 
     rollout_steps: NumEnvs = 32
-    """Steps of every environment between two rounds of learning."""
+    """Steps per environment in each rollout."""
     epochs: NumEnvs = 2
-    """Passes over those steps in a round."""
+    """Passes over each rollout."""
     minibatches: NumEnvs = 4
-    """Minibatches of a pass, an update each."""
+    """Minibatches per pass, with one update each."""
     trace_decay: Share = 0.65
-    """λ of the returns: 0 looks one step ahead, 1 to the end of the rollout."""
+    """λ of the λ-returns: 0 bootstraps after one step, 1 at the end of the rollout."""
 
     def __post_init__(self) -> None:
         settle(self)
@@ -256,30 +259,31 @@ class RolloutConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrainingConfig:
-    """How long to train, how a checkpoint is chosen, and what is written down on the way."""
+    """How long to train, how a checkpoint is selected, and what is recorded."""
 
     num_envs: NumEnvs = 1
-    """Environments that the agent acts in at the same time."""
+    """Number of environments stepped in parallel."""
     episodes: AtLeastOne = 500
-    """Training ends after this many episodes."""
+    """Stop training after this many episodes."""
     max_env_steps: Annotated[int, Meta(ge=0)] = 0
-    """Training also ends with the episode that reaches this many environment steps; 0: no limit."""
+    """Also stop after the episode that reaches this many environment steps; 0: no limit."""
     validation_period: AtLeastOne = 10_000
     """Environment steps between validations: greedy episodes from validation starts."""
     validation_episodes: AtLeastOne = 20
-    """Validation starts of each validation."""
+    """Episodes per validation, each from a different validation start."""
     candidate_checkpoints: AtLeastOne = 5
-    """Best checkpoints that are evaluated again at the end, from fresh validation starts, for the
-    choice."""
+    """Number of best checkpoints that are evaluated again after training, from fresh validation
+    starts, to select one."""
     final_validation_episodes: AtLeastOne = 100
-    """Fresh validation starts of each candidate checkpoint."""
+    """Episodes per candidate checkpoint, each from a fresh validation start."""
     test_episodes: Annotated[int, Meta(ge=0)] = 100
-    """Test starts of the chosen checkpoint, at the very end; 0 skips the test."""
+    """Test episodes of the selected checkpoint, each from a test start; 0 skips the test."""
     stop_when_solved: bool = False
-    """Training also ends as soon as final_validation_episodes fresh validation starts leave no
-    doubt that the policy reaches the environment's reward threshold on test_episodes others."""
+    """Also stop training as soon as final_validation_episodes episodes from fresh validation starts
+    show with high confidence that the policy will reach the environment's reward threshold in the
+    test."""
     checkpoint_seconds: NonNegative = 10.0
-    """Seconds between checkpoints, taken where an episode ends; 0 takes one after each episode."""
+    """Seconds between checkpoints, saved when an episode ends; 0 saves one after every episode."""
     metrics_period: AtLeastOne = 1_000
     """Updates between lines in updates.jsonl."""
 
@@ -289,7 +293,7 @@ class TrainingConfig:
         if starts > len(VALIDATION_STARTS):
             raise ValueError(
                 f"validation_episodes + final_validation_episodes = {starts}: "
-                f"must be at most {len(VALIDATION_STARTS)}, as there are no more starts"
+                f"must be at most {len(VALIDATION_STARTS)}, the number of validation starts"
             )
         test_ok = self.test_episodes <= len(TEST_STARTS)
         check(self, "test_episodes", ok=test_ok, wanted=f"at most {len(TEST_STARTS)}")
@@ -297,8 +301,8 @@ class TrainingConfig:
             self.final_validation_episodes < 30 or not self.test_episodes
         ):
             raise ValueError(
-                "stop_when_solved = True: must have at least 30 final_validation_episodes and 1 of "
-                f"test_episodes to be sure by, got {self.final_validation_episodes} and "
+                "stop_when_solved = True: must have at least 30 final_validation_episodes and "
+                f"1 test_episodes for its decision, got {self.final_validation_episodes} and "
                 f"{self.test_episodes}"
             )
 

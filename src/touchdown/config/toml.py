@@ -1,4 +1,4 @@
-"""Configs to TOML and back."""
+"""Converts configs to TOML and back."""
 
 import dataclasses
 import tomllib
@@ -25,12 +25,12 @@ def to_dict(config: "DataclassInstance") -> dict[str, Any]:
 
 
 def to_toml(config: "DataclassInstance") -> str:
-    """A config as TOML, every field written out; `from_toml` gives the same config back."""
+    """A config as TOML with every field; `from_toml` gives the same config back."""
     return tomli_w.dumps({"format_version": FORMAT_VERSION, **to_dict(config)})
 
 
 def _renamed(name: str) -> str:
-    """The present name of a field: files with a former one are still read."""
+    """The current name of a field: files with a former name can still be read."""
     present = {old: new for names in FORMER_NAMES.values() for new, old in names.items()}
     return present.get(name, name)
 
@@ -41,10 +41,10 @@ def replace_fields(instance: Any, values: Mapping[str, Any], where: str) -> Any:
     Args:
         instance: the dataclass to start from.
         values: by field name; a mapping goes into the nested dataclass of that name.
-        where: named in errors, such as `my.toml`.
+        where: name of the source in error messages, such as `my.toml`.
 
     Raises:
-        UserError: an unknown field, or a value that its field refuses.
+        UserError: unknown field or invalid value.
     """
     kinds = typing.get_type_hints(cast(type[Any], type(instance)))
     changes: dict[str, Any] = {}
@@ -97,15 +97,16 @@ def parse(text: str, path: Path) -> dict[str, Any]:
 
 
 def from_values(values: Mapping[str, Any], base: ConfigLike, path: Path) -> ConfigLike:
-    """`base` with the values of a TOML file; `path` is named in errors.
+    """`base` with the values of a TOML file; error messages name `path`.
 
     Raises:
-        UserError: an unknown field, a refused value, another format version.
+        UserError: unknown field, invalid value or another format version.
     """
     values = dict(values)
     version = values.pop("format_version", FORMAT_VERSION)
     if version != FORMAT_VERSION:
         raise UserError(
-            f"{path}: format_version = {version!r}: this touchdown reads {FORMAT_VERSION}"
+            f"{path}: format_version = {version!r}: must be {FORMAT_VERSION} "
+            "in this version of touchdown"
         )
     return replace_fields(base, values, str(path))

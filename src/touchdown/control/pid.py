@@ -1,4 +1,4 @@
-"""The paper's PID controller: two control values, a dead band, one engine a step (appendix C)."""
+"""The paper's PID controller: two control values, a dead band, one engine per step (appendix C)."""
 
 from dataclasses import dataclass
 from typing import Annotated, Literal, NamedTuple
@@ -18,11 +18,11 @@ Rule = Literal["absolute", "signed"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PIDConfig:
-    """Gains of Eq. 10, the dead band, and the rule that chooses the main engine.
+    """Gains of Eq. 10, the dead band, and the rule that selects the main engine.
 
     u_vy has the setpoint 0 for the vertical velocity and the height. u_φ has the setpoint x + v_x
-    for the angle φ. Eq. 10 takes measurements rather than errors, and Gymnasium counts angles
-    counter-clockwise, so the gains carry the signs. Units are those of the observation: positions
+    for the angle φ. Eq. 10 uses measurements rather than errors, and Gymnasium measures angles
+    counter-clockwise, so the signs are in the gains. Units are those of the observation: positions
     in 10 m (x) and 6.67 m (y), velocities in 5 m/s (x) and 7.5 m/s (y), angles in radians, angular
     velocity in 2.5 rad/s. Control values have no unit.
     """
@@ -69,7 +69,7 @@ def control_values(config: PIDConfig, observations: FloatArray) -> ControlValues
 
 
 def choose_actions(config: PIDConfig, values: ControlValues) -> IntArray:
-    """The action rule: no engine inside the dead band, else the engine of the larger value, [N]."""
+    """The action rule: no engine inside the dead band, else that of the larger value, [N]."""
     vertical = np.abs(values.vertical) if config.rule == "absolute" else values.vertical
     rotation = np.abs(values.angle)
     main = (vertical >= config.dead_band) & (vertical > rotation)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-GROW, SHRINK = 1.1, 0.9  # factors on a step size after a success and after a failure
+GROW, SHRINK = 1.1, 0.9  # factors for a step size after a success and after a failure
 
 
 class Trial(NamedTuple):
@@ -15,7 +15,7 @@ class Trial(NamedTuple):
     best_value: float
     best: tuple[float, ...]
     step: float
-    """The largest step relative to its first size: the search ends when it is small."""
+    """The largest step relative to its initial size; the search ends when it is small."""
 
 
 def twiddle(
@@ -27,14 +27,14 @@ def twiddle(
     """Maximise `objective`, one coordinate at a time, and yield every trial.
 
     Each coordinate is tried one step up, then one step down. A success keeps the point and grows
-    the step; a failure in both directions shrinks it. The search ends when every step has shrunk to
-    `tolerance` times its first size. It is a local search: it finds a local maximum at best.
+    the step; failures in both directions shrink it. The search ends when every step has shrunk to
+    `tolerance` times its initial size. It is a local search and can only find a local maximum.
 
     Args:
         objective: value of a point; larger is better.
         start: the first point.
         steps: first step size of each coordinate, above 0.
-        tolerance: share of the first step sizes at which to stop, between 0 and 1.
+        tolerance: fraction of the initial step sizes at which to stop, between 0 and 1.
 
     Raises:
         ValueError: the lengths differ, or a step or the tolerance is out of range.

@@ -1,1 +1,1 @@
-"""What every part uses: errors, files, seeding, types, threads, the JAX device, progress."""
+"""Shared basics: errors, files, seeding, types, threads, the JAX device, progress."""

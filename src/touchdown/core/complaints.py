@@ -1,4 +1,4 @@
-"""What is wrong with a value that should be of a type, in words for whoever can correct it."""
+"""Error messages about values of the wrong type, for those who can correct them."""
 
 import dataclasses
 import math
@@ -12,7 +12,7 @@ import msgspec
 
 from touchdown.core.errors import one_line
 
-_LONGEST = 60  # characters of a value that a message shows
+_LONGEST = 60  # characters of a value shown in a message
 _PLAIN: dict[Any, tuple[tuple[type, ...], str]] = {
     int: ((int,), "a whole number"),
     float: ((int, float), "a number"),
@@ -22,18 +22,18 @@ _PLAIN: dict[Any, tuple[tuple[type, ...], str]] = {
     tuple: ((list, tuple), "a list"),
     type(None): ((type(None),), "null"),
 }
-"""What is accepted as a type, and the type in words; all other types are objects."""
+"""Accepted types and the description of each type; all other types are objects."""
 
 
 def complaint(value: object, kind: Any, name: str = "") -> str | None:
-    """The first thing that is wrong with a value, such as `gamma = -0.1: must be from 0 to 1`.
+    """The first error in a value, such as `gamma = -0.1: must be from 0 to 1`.
 
     Args:
-        value: of plain types, as it was read.
-        kind: the type that it should have: plain ones, lists, dictionaries, records, and unions
+        value: a value of plain types, as read from a file.
+        kind: the type that it should have: plain types, lists, dictionaries, records, and unions
             and choices of them. Bounds are those of its `msgspec.Meta`, whose title and
-            description, where it has them, replace the words for the type and for the bounds.
-        name: of the value; parts of it are named by a dotted path.
+            description, if given, replace the descriptions of the type and the bounds.
+        name: name of the value; its parts are named by a dotted path.
 
     Returns:
         None if nothing is wrong.
@@ -55,7 +55,7 @@ def complaint(value: object, kind: Any, name: str = "") -> str | None:
 
 def _refusal(value: object, name: str, wanted: str) -> str:
     if not name:
-        return f"holds {type(value).__name__}, must be {wanted}"
+        return f"is of type {type(value).__name__}, must be {wanted}"
     shown = repr(value)
     if len(shown) > _LONGEST:
         shown = f"{shown[: _LONGEST - 3]}..."
@@ -92,7 +92,7 @@ def _of_union(value: object, kind: Any, name: str) -> str | None:
 
 
 def _beyond(value: object, meta: msgspec.Meta, name: str) -> str | None:
-    """What is wrong with a value of the right type that may be out of bounds."""
+    """The error in a value of the right type that may be out of bounds."""
     if meta.min_length is not None and len(cast(Sequence[object], value)) < meta.min_length:
         return _refusal(value, name, meta.description or f"{meta.min_length} or more values")
     number, low, above, high = cast(float, value), meta.ge, meta.gt, meta.le
@@ -114,13 +114,13 @@ def _beyond(value: object, meta: msgspec.Meta, name: str) -> str | None:
 def _is_finite(value: float) -> bool:
     try:
         return math.isfinite(value)
-    except OverflowError:  # a whole number that no float can hold
+    except OverflowError:  # a whole number too large for a float
         return False
 
 
 class _Field(NamedTuple):
     name: str
-    """As in a file."""
+    """Name in a file."""
     kind: Any
     required: bool
 
@@ -168,13 +168,13 @@ def _of_record(values: dict[str, object], kind: type[Any], name: str) -> str | N
     try:
         msgspec.convert(values, kind)
     except msgspec.ValidationError as error:
-        # each field is right: a rule of the record's own is broken, whose words name the field
+        # each field is right, but a rule of the record is broken, whose message names the field
         return _joined(name, one_line(error.__cause__ or error))
     return None
 
 
 def _is_of(value: object, kind: Any) -> bool:
-    """Whether a value is of a type, without a check of its bounds or parts."""
+    """Whether a value is of a type, without checking its bounds or parts."""
     if kind is Any:
         return True
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
@@ -189,7 +189,7 @@ def _is_of(value: object, kind: Any) -> bool:
 
 
 def _wanted(kind: Any) -> str:
-    """A type in words."""
+    """The description of a type."""
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
     if origin is Annotated:
         return arguments[1].title or _wanted(arguments[0])

@@ -1,4 +1,4 @@
-"""Which device JAX computes on, chosen before JAX starts."""
+"""Selects the device that JAX computes on, before JAX starts."""
 
 import hashlib
 import os
@@ -21,10 +21,10 @@ def chosen() -> Device:
 
 
 def _keep_compilations(config: Any) -> None:
-    """Have JAX keep what it compiles on disk and reuse it in every later run of this user.
+    """Make JAX cache compiled code on disk for later runs of this user.
 
-    Each kind of processor has its own folder: code compiled for one may not run on another that
-    shares the home folder.
+    Each kind of processor has its own folder, because code compiled for one may not run on another
+    that shares the home folder.
     """
     if os.environ.get("JAX_COMPILATION_CACHE_DIR"):
         return
@@ -33,7 +33,7 @@ def _keep_compilations(config: Any) -> None:
         folder = cache / "touchdown" / f"jax-{_processor()}"
         folder.mkdir(parents=True, exist_ok=True)
     except (OSError, RuntimeError):  # a full disk, a user without a home folder
-        return  # without the cache it is only slower
+        return  # without the cache JAX is only slower
     config.update("jax_compilation_cache_dir", str(folder))
     config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     config.update("jax_persistent_cache_min_entry_size_bytes", -1)
@@ -51,16 +51,16 @@ def _processor() -> str:
 
 
 def use_default() -> None:
-    """Have JAX compute on the CPU, unless a device was chosen already."""
+    """Make JAX compute on the CPU, unless a device was already selected."""
     if not _chosen:
         use("cpu")
 
 
 def use(device: Device) -> None:
-    """Have JAX compute on a device.
+    """Make JAX compute on a device.
 
-    On the CPU it gets one thread, which is fastest for networks of this size and leaves the other
-    cores to other runs. The choice has no effect once JAX has computed something.
+    On the CPU it uses one thread, which is fastest for networks of this size and leaves the other
+    cores to other runs. The selection has no effect once JAX has computed something.
 
     Raises:
         UserError: this machine has no such device.
@@ -74,13 +74,13 @@ def use(device: Device) -> None:
 
     jax.config.update("jax_platforms", "cpu" if device == "cpu" else None)
     _keep_compilations(jax.config)
-    # handing each small call to another thread costs more than the call
+    # passing each small call to another thread costs more than the call
     jax.config.update("jax_cpu_enable_async_dispatch", False)  # noqa: FBT003
     try:
         jax.devices(device)
     except RuntimeError as error:
         raise UserError(
-            f"device {device!r}: JAX finds none here ({one_line(error)}); "
+            f"device {device!r}: JAX finds no such device ({one_line(error)}); "
             "use cpu, or install JAX for your GPU"
         ) from None
     _chosen.append(device)

@@ -9,13 +9,13 @@ class UserError(Exception):
 
 
 class Interrupted(Exception):  # noqa: N818 - not an error: the run was saved as asked
-    """The user asked to stop; what was under way has been saved."""
+    """The user asked to stop; unfinished work was saved."""
 
 
 def one_line(error: BaseException) -> str:
     """An exception's message on one line, or the name of its type if it has none.
 
-    For an `OSError` this leaves out the path, which the caller names.
+    For an `OSError` this omits the path, which the caller names.
     """
     message = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
     text = " ".join(message.split())

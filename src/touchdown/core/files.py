@@ -1,4 +1,4 @@
-"""Writing so that what is on disk is always whole, and reading what a crash may have left."""
+"""Writes files so that they are always complete, and reads files that may be damaged."""
 
 import errno
 import hashlib
@@ -23,15 +23,15 @@ def write_atomic(path: Path, data: bytes | str) -> None:
     """Write a file under a temporary name, flush it to the disk and rename it.
 
     Raises:
-        OSError: the folder is not writable or the disk is full; what was there before stays.
+        OSError: the folder is not writable or the disk is full; the previous file is kept.
     """
     write_through(path, lambda temporary: temporary.write_bytes(_encoded(data)))
 
 
 def write_through(path: Path, write: Callable[[Path], object]) -> None:
-    """Have `write` make a file under a temporary name in the same folder, then rename it.
+    """Call `write` for a file with a temporary name in the same folder, then rename it.
 
-    The temporary name keeps the suffix, which picture writers go by.
+    The temporary name keeps the suffix, because picture writers depend on it.
     """
     temporary = path.with_name(f".{path.stem}.{os.getpid()}.tmp{path.suffix}")
     try:
@@ -43,10 +43,10 @@ def write_through(path: Path, write: Callable[[Path], object]) -> None:
 
 
 def write_folder_atomic(path: Path, write: Callable[[Path], object]) -> None:
-    """Have `write` fill a temporary folder with files, then rename it.
+    """Call `write` for a temporary folder, then rename it.
 
     Raises:
-        OSError: `path` exists already, or cannot be written; nothing is left behind.
+        OSError: `path` already exists, or cannot be written; nothing is left behind.
     """
     if path.exists():
         raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
@@ -65,7 +65,7 @@ def write_folder_atomic(path: Path, write: Callable[[Path], object]) -> None:
 
 @contextmanager
 def refusing(where: str) -> Generator[None]:
-    """Turn an error of the system while the block writes into one line for the user.
+    """Turn a system error in a block that writes into one line for the user.
 
     Args:
         where: what cannot be written, such as its path.
@@ -80,11 +80,11 @@ def refusing(where: str) -> Generator[None]:
 
 
 def read_bytes(path: Path, most: int) -> bytes:
-    """A file that may have come from anywhere.
+    """The bytes of a file from any source.
 
     Args:
-        path: of the file.
-        most: bytes that it may have.
+        path: the file.
+        most: largest number of bytes.
 
     Raises:
         UserError: it is missing, not a file, or has more bytes.
@@ -102,16 +102,16 @@ def read_jsonl(path: Path) -> list[dict[str, Any]]:
     """The objects of a JSON Lines file; a last line without its newline is still being written.
 
     Raises:
-        UserError: the file is missing, or a whole line is not a JSON object.
+        UserError: the file is missing, or a complete line is not a JSON object.
     """
     return records.decode_jsonl(path, dict[str, Any])
 
 
 def parse_json_object(path: Path, data: bytes) -> dict[str, Any]:
-    """One JSON object that another program wrote, perhaps with NaN and Infinity.
+    """One JSON object from another program, perhaps with NaN and Infinity.
 
     Args:
-        path: where the bytes come from, named in errors.
+        path: source of the bytes, named in error messages.
         data: the bytes.
 
     Raises:
@@ -120,9 +120,9 @@ def parse_json_object(path: Path, data: bytes) -> dict[str, Any]:
     try:
         value = json.loads(data)
     except (ValueError, RecursionError) as error:
-        raise UserError(f"{path}: not JSON, perhaps cut off: {one_line(error)}") from None
+        raise UserError(f"{path}: not JSON, perhaps truncated: {one_line(error)}") from None
     if not isinstance(value, dict):
-        raise UserError(f"{path}: holds {type(value).__name__}, must be a JSON object")
+        raise UserError(f"{path}: is of type {type(value).__name__}, must be a JSON object")
     return cast(dict[str, Any], value)
 
 
@@ -134,11 +134,11 @@ def read_tensors(path: Path, sha256: str | None = None) -> tuple[Tensors, dict[s
     """A safetensors file's arrays and metadata.
 
     Args:
-        path: of the file.
-        sha256: what its bytes must hash to; None takes any.
+        path: the file.
+        sha256: required hash of its bytes; None accepts any.
 
     Raises:
-        UserError: it is missing, cut off, altered or something else.
+        UserError: it is missing, truncated, altered or something else.
     """
     try:
         data = path.read_bytes()
@@ -146,7 +146,7 @@ def read_tensors(path: Path, sha256: str | None = None) -> tuple[Tensors, dict[s
     except OSError as error:
         raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
     except (SafetensorError, ValueError, KeyError) as error:
-        raise UserError(f"{path}: not a whole safetensors file: {one_line(error)}") from None
+        raise UserError(f"{path}: not a complete safetensors file: {one_line(error)}") from None
     if sha256 is not None and hashlib.sha256(data).hexdigest() != sha256:
         raise UserError(f"{path}: altered since it was written (its SHA-256 differs)")
     header = data[8 : 8 + int.from_bytes(data[:8], "little")]
@@ -154,7 +154,7 @@ def read_tensors(path: Path, sha256: str | None = None) -> tuple[Tensors, dict[s
 
 
 def to_json(value: object) -> str:
-    """Readable JSON with a closing newline, of plain values and records."""
+    """Plain values and records as readable JSON with a final newline."""
     text = json.dumps(
         value, indent=2, ensure_ascii=False, allow_nan=False, default=msgspec.to_builtins
     )
@@ -162,13 +162,13 @@ def to_json(value: object) -> str:
 
 
 def to_json_line(value: object) -> bytes:
-    """One line of JSON Lines, of plain values and records."""
+    """Plain values and records as one line of JSON Lines."""
     text = json.dumps(value, ensure_ascii=False, allow_nan=False, default=msgspec.to_builtins)
     return text.encode() + b"\n"
 
 
 def remove_temporaries(folders: Iterable[Path]) -> None:
-    """Delete what writers that were killed left behind in these folders."""
+    """Delete temporary files of killed writers in these folders."""
     for folder in folders:
         for leftover in folder.glob(".*.tmp*"):
             if leftover.is_dir():

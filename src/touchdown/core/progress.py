@@ -1,4 +1,4 @@
-"""Progress bars on a terminal, and stopping cleanly on Ctrl-C; elsewhere nothing is drawn."""
+"""Progress bars on a terminal, and a clean stop on Ctrl-C; without a terminal nothing is drawn."""
 
 import signal
 import threading
@@ -50,9 +50,9 @@ class StopSignal:
 
 @contextmanager
 def stop_on_signals(console: Console) -> Generator[StopSignal]:
-    """Within the block, the first Ctrl-C or SIGTERM requests a stop; a second Ctrl-C stops at once.
+    """Within the block, the first Ctrl-C or SIGTERM requests a stop; a second Ctrl-C forces it.
 
-    In any other than the main thread nothing is caught: Python delivers signals to the main thread.
+    Only the main thread catches signals, as Python delivers them only to it.
     """
     stop = StopSignal()
     if threading.current_thread() is not threading.main_thread():
@@ -63,7 +63,7 @@ def stop_on_signals(console: Console) -> Generator[StopSignal]:
         if stop.requested and number == signal.SIGINT:
             raise KeyboardInterrupt
         stop.requested = True
-        console.print("stopping once everything is saved (Ctrl-C again stops at once)")
+        console.print("saving, then stopping (press Ctrl-C again to stop immediately)")
 
     before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
@@ -109,7 +109,7 @@ def counting(console: Console, text: str, total: float) -> Generator["Counter"]:
     Args:
         console: where to draw.
         text: what is being done.
-        total: number of things to do; 1.0 shows a percentage, for work that cannot be counted.
+        total: number of items; 1.0 shows a percentage, for work that cannot be counted.
     """
     counter = Counter(count_bar(console, percent=total == 1.0), text, total)
     if console.is_terminal:
@@ -120,14 +120,14 @@ def counting(console: Console, text: str, total: float) -> Generator["Counter"]:
 
 
 class Counter:
-    """A progress bar; call it once for each thing done."""
+    """A progress bar; call it once per finished item."""
 
     def __init__(self, bar: Progress, text: str, total: float) -> None:
         self.bar = bar
         self._task = bar.add_task(text, total=total)
 
     def __call__(self) -> None:
-        """Count one thing as done."""
+        """Count one item as done."""
         self.bar.advance(self._task)
 
     def describe(self, text: str, completed: float) -> None:
@@ -136,7 +136,7 @@ class Counter:
 
 
 def count_bar(console: Console, *, percent: bool = False) -> Progress:
-    """A bar that counts what is done, with an ETA; `percent` is for work that cannot be counted."""
+    """A bar that counts finished items, with an ETA; `percent` is for uncountable work."""
     return Progress(
         TextColumn("{task.description}", markup=False),
         BarColumn(30),

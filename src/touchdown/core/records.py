@@ -1,7 +1,7 @@
-"""Reading what is on disk into typed records: a wrong value is refused in one line that names it.
+"""Reads files into typed records; the error for a wrong value is one line that names it.
 
 A record is a `msgspec.Struct` or a frozen dataclass. Its fields have the names that the file uses,
-or are renamed to them. Unknown fields are ignored, so that what a later version adds does no harm.
+or are renamed to them. Unknown fields are ignored, so that additions of later versions are allowed.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from touchdown.core.errors import UserError, one_line
 Record = TypeVar("Record")
 
 Count = Annotated[int, msgspec.Meta(ge=0, le=2**63 - 1, description="from 0 to 2**63 - 1")]
-"""A whole number that NumPy can hold."""
+"""A whole number that fits NumPy's int64."""
 Seconds = Annotated[float, msgspec.Meta(ge=0)]
 Share = Annotated[float, msgspec.Meta(ge=0, le=1)]
 
@@ -32,7 +32,7 @@ def decode(data: bytes | str, kind: type[Record], where: object) -> Record:
     Args:
         data: the text.
         kind: the record's type.
-        where: named in errors, such as the file's path.
+        where: source named in error messages, such as the file's path.
 
     Raises:
         UserError: the text is not JSON, or a value in it is wrong.
@@ -49,7 +49,7 @@ def convert(value: object, kind: type[Record], where: object) -> Record:
     Args:
         value: the values.
         kind: the record's type.
-        where: named in errors, such as the file's path.
+        where: source named in error messages, such as the file's path.
 
     Raises:
         UserError: a value is wrong.
@@ -64,9 +64,9 @@ def check(value: object, kind: Any, name: str) -> None:
     """Refuse a value that is not of a type.
 
     Args:
-        value: of plain types.
+        value: a value of plain types.
         kind: the type.
-        name: of the value.
+        name: name of the value.
 
     Raises:
         ValueError: something is wrong with it.
@@ -79,18 +79,21 @@ def decode_json(path: Path, kind: type[Record], version: int | None = None) -> R
     """The record in a JSON file.
 
     Args:
-        path: of the file.
+        path: the file.
         kind: the record's type.
-        version: its `format_version` must be this; None takes any.
+        version: required `format_version`; None accepts any.
 
     Raises:
-        UserError: the file is missing, cut off or of another version, or a value in it is wrong.
+        UserError: the file is missing, truncated or of another version, or a value in it is wrong.
     """
     data = _read(path)
     if version is not None:
         found = decode(data, _Versioned, path).format_version
         if found != version or isinstance(found, bool):
-            raise UserError(f"{path}: format_version = {found!r}: this touchdown reads {version}")
+            raise UserError(
+                f"{path}: format_version = {found!r}: must be {version} "
+                "in this version of touchdown"
+            )
     return decode(data, kind, path)
 
 
@@ -98,11 +101,11 @@ def decode_jsonl(path: Path, kind: type[Record]) -> list[Record]:
     """The records of a JSON Lines file; a last line without its newline is still being written.
 
     Args:
-        path: of the file.
+        path: the file.
         kind: the type of a line's record.
 
     Raises:
-        UserError: the file is missing, or a whole line is not such a record.
+        UserError: the file is missing, or a complete line is not such a record.
     """
     data = _read(path)
     whole = data[: data.rfind(b"\n") + 1]
@@ -110,7 +113,7 @@ def decode_jsonl(path: Path, kind: type[Record]) -> list[Record]:
         records = cast(list[Record], _decoder(kind).decode_lines(whole))
     except (ValueError, RecursionError):
         records = None
-    # as many records as lines: none is empty, and none holds two
+    # as many records as lines: no line is empty or has two records
     if records is not None and len(records) == whole.count(b"\n"):
         return records
     return _line_by_line(path, whole.split(b"\n")[:-1], kind)
@@ -153,5 +156,5 @@ def _what_is_wrong(data: bytes | str, kind: type[Any], error: BaseException) -> 
     try:
         value = msgspec.json.decode(data)
     except (ValueError, RecursionError) as no_json:
-        return f"not JSON, perhaps cut off: {one_line(no_json)}"
+        return f"not JSON, perhaps truncated: {one_line(no_json)}"
     return complaint(value, kind) or one_line(error)

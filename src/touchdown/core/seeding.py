@@ -7,7 +7,7 @@ from numpy.random import Generator, SeedSequence, default_rng
 from touchdown.core.errors import UserError
 from touchdown.core.starts import TRAINING_STARTS
 
-_STARTS, _TUNING = 101, 102  # spawn keys far from the streams', so a new stream changes no start
+_STARTS, _TUNING = 101, 102  # far from the streams' keys, so a new stream changes no start
 
 
 class Streams(NamedTuple):
@@ -23,20 +23,20 @@ def streams(seed: int) -> Streams:
 
 
 def training_start(seed: int, episode: int) -> int:
-    """The environment seed of a training episode, a function of the run's seed and the episode.
+    """The environment seed of a training episode, determined by the run's seed and the episode.
 
-    So an interrupted episode can be flown again from the same start.
+    So an interrupted episode can be repeated from the same start.
     """
     return _draw(SeedSequence(seed, spawn_key=(_STARTS, episode)))
 
 
 def tuning_starts(seed: int, count: int) -> list[int]:
-    """Training starts for tuning a controller, drawn independently of every run's episodes."""
+    """Training starts for tuning a controller, independent of the episodes of all runs."""
     return [_draw(SeedSequence(seed, spawn_key=(_TUNING, i))) for i in range(count)]
 
 
 def check_seed(seed: int, count: int = 1) -> None:
-    """Refuse a first environment seed if it, or any of the `count` from it on, is out of range.
+    """Refuse a first environment seed if any of `count` seeds from it on is out of range.
 
     Raises:
         UserError: it is negative, or the last seed does not fit 31 bits.

@@ -1,8 +1,8 @@
-"""Three sets of starts, environment seeds each, that never overlap."""
+"""Three disjoint sets of starts, given by environment seeds."""
 
 TEST_STARTS = range(1_000_000)
-"""Environment seeds that only reporting may fly; the first 100 are the usual test."""
+"""Environment seeds for reporting only; the first 100 are the usual test."""
 VALIDATION_STARTS = range(1_000_000, 2_000_000)
-"""Environment seeds that choose a checkpoint."""
+"""Environment seeds for checkpoint selection."""
 TRAINING_STARTS = range(2_000_000, 2**31)
-"""Environment seeds that training draws from."""
+"""Environment seeds for training."""

@@ -1,4 +1,4 @@
-"""How many threads a process may use. No result depends on it."""
+"""The number of threads of a process. Results do not depend on it."""
 
 import os
 from collections.abc import Generator
@@ -20,7 +20,7 @@ def threads() -> int:
 
 @contextmanager
 def one_thread_each() -> Generator[None]:
-    """Processes started within the block use one thread, unless OMP_NUM_THREADS is set already."""
+    """Processes started within the block use one thread, unless OMP_NUM_THREADS is already set."""
     before = os.environ.get("OMP_NUM_THREADS")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     try:

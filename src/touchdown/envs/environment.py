@@ -1,4 +1,4 @@
-"""Making an environment, and what an agent needs to know about it."""
+"""Makes an environment, and describes it for an agent."""
 
 import warnings
 from typing import Any, NamedTuple, cast
@@ -19,7 +19,7 @@ Env = gymnasium.Env[Any, Any]
 
 
 class MadeEnv(NamedTuple):
-    """An environment, and what an agent needs to know about it."""
+    """An environment and the facts that an agent needs about it."""
 
     env: Env
     spaces: Spaces
@@ -32,20 +32,20 @@ def make_env(
 ) -> MadeEnv:
     """A Gymnasium environment with a flat Box observation and Discrete actions.
 
-    A Discrete observation becomes a Box: one-hot. An environment without a time limit is truncated
-    after 1,000 steps, because a greedy policy may go round in circles forever.
+    A Discrete observation becomes a one-hot Box. An environment without a time limit is truncated
+    after 1,000 steps, because a greedy policy may loop forever.
 
     Args:
         env_id: Gymnasium's id, `module:Id`, or `module:function` of a function that makes one.
-        render_mode: Gymnasium's, `rgb_array` or `human`; for stock alone.
-        engine: what simulates the lander; other environments are always Gymnasium's own.
+        render_mode: Gymnasium's `rgb_array` or `human`; only for stock.
+        engine: engine that simulates the lander; other environments are always Gymnasium's.
 
     Raises:
-        UserError: there is no such environment, it cannot be made, it has other spaces, or its
-            module is named by a file only.
+        UserError: there is no such environment, it cannot be made, its spaces are not supported, or
+            only a file names its module.
     """
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # gymnasium warns of versions that it then refuses
+        warnings.simplefilter("ignore")  # gymnasium warns about versions that it then refuses
         if engine == "exact" and is_lander(env_id):
             env = _exact_lander(render_mode)
         else:
@@ -59,18 +59,16 @@ def make_env(
     observation, action = env.observation_space, env.action_space
     if not isinstance(action, spaces.Discrete):
         env.close()
-        raise UserError(
-            f"env_id {env_id!r}: its action space is {action}; Q-learning needs Discrete actions"
-        )
+        raise UserError(f"env_id {env_id!r}: its action space is {action}, must be Discrete")
     if not isinstance(observation, spaces.Box) or len(observation.shape) != 1:
         env.close()
         raise UserError(
-            f"env_id {env_id!r}: its observation space is {observation}; "
-            "a flat Box (one vector of numbers) or Discrete is needed"
+            f"env_id {env_id!r}: its observation space is {observation}, "
+            "must be a flat Box (one vector of numbers) or Discrete"
         )
     if action.start != 0:
         env.close()
-        raise UserError(f"env_id {env_id!r}: its actions are {action}; they must start at 0")
+        raise UserError(f"env_id {env_id!r}: its actions are {action}, must start at 0")
     box = cast(spaces.Box, observation)
     transitions = None if num_states is None else getattr(env.unwrapped, "P", None)
     return MadeEnv(env, _describe(box, int(action.n), num_states, transitions))
@@ -99,12 +97,12 @@ def _exact_lander(render_mode: str | None) -> Env:
 
 
 def spaces_of(env_id: str, engine: Engine = "gymnasium") -> Spaces:
-    """What an agent needs to know about an environment.
+    """The facts that an agent needs about an environment.
 
-    The exact lander's spaces are constants; any other environment is made for this, and closed.
+    The exact lander's spaces are constants; any other environment is made and closed again.
 
     Raises:
-        UserError: as `make_env`.
+        UserError: as in `make_env`.
     """
     if engine == "exact" and is_lander(env_id):
         return _describe(observation_space(), NUM_ACTIONS)

@@ -1,4 +1,4 @@
-"""The episodes under way in a pool of environments, as arrays."""
+"""The current episodes of a pool of environments, as arrays."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -7,23 +7,23 @@ import numpy as np
 
 from touchdown.core.types import FloatArray, IntArray, StepResult
 
-_ROOM = 1_024  # actions per episode at first; most environments truncate theirs earlier
+_ROOM = 1_024  # initial capacity for actions; most environments truncate episodes earlier
 
 
 @dataclass(slots=True)
 class Episode:
-    """One episode, under way or just ended."""
+    """One episode, in progress or just ended."""
 
     number: int
     observation: FloatArray
-    """The latest, [D]."""
+    """The latest observation, [D]."""
     actions: list[int] = field(default_factory=list[int])
-    """Taken since its start."""
+    """Actions since its start."""
     episode_return: float = 0.0
 
 
 class Underway:
-    """The episodes under way in N environments, as arrays, so that one call records a whole step.
+    """The current episodes of N environments, as arrays, so that one call records a complete step.
 
     Args:
         episodes: one per environment, at its start or resumed.
@@ -31,7 +31,7 @@ class Underway:
 
     def __init__(self, episodes: Sequence[Episode]) -> None:
         self.observations = np.stack([episode.observation for episode in episodes])
-        """The latest of each environment, [N, D]."""
+        """The latest observation of each environment, [N, D]."""
         self.numbers = np.array([episode.number for episode in episodes])
         """Number of the episode in each environment, [N]."""
         self.steps = np.array([len(episode.actions) for episode in episodes])
@@ -52,18 +52,18 @@ class Underway:
         self.steps[indices] += 1
 
     def begin(self, index: int, number: int, observation: FloatArray) -> None:
-        """Start another episode in one environment."""
+        """Start a new episode in one environment."""
         self.observations[index] = observation
         self.numbers[index] = number
         self.steps[index] = 0
         self._returns[index] = 0.0
 
     def episode(self, index: int) -> Episode:
-        """A copy of the episode in one environment, as it is now."""
+        """A copy of the current episode in one environment."""
         actions = self._actions[index, : self.steps[index]].tolist()
         observation = self.observations[index].copy()
         return Episode(int(self.numbers[index]), observation, actions, float(self._returns[index]))
 
     def episodes(self) -> list[Episode]:
-        """Copies of the episodes in all environments."""
+        """Copies of the current episodes in all environments."""
         return [self.episode(index) for index in range(len(self.numbers))]

@@ -22,7 +22,7 @@ FORMAT_VERSION = 1
 
 
 class _Facts(Struct, frozen=True, kw_only=True, rename={"policy": "pilot"}):
-    """What is kept of a flight in a file's metadata, beside its arrays."""
+    """A flight's entry in a file's metadata."""
 
     env_id: str
     policy: str
@@ -75,8 +75,8 @@ class Flight:
 
     @property
     def returns(self) -> NDArray[np.float64]:
-        """Sum of the rewards so far, undiscounted, at each observation: [T + 1]."""
-        # added in order, as an evaluation does, so that the two agree to the last bit
+        """Undiscounted sum of the rewards so far at each observation, [T + 1]."""
+        # added in order, as in an evaluation, so that the two agree to the last bit
         return np.concatenate(([0.0], self.rewards)).cumsum()
 
     @property
@@ -118,16 +118,17 @@ def save_flights(path: Path, flights: Sequence[Flight]) -> None:
 
 
 def load_flights(path: Path) -> list[Flight]:
-    """The flights of a file that `save_flights` wrote.
+    """The flights in a file from `save_flights`.
 
     Raises:
-        UserError: the file is missing, cut off, of another version, or holds something else.
+        UserError: the file is missing, truncated, of another version, or something else.
     """
     tensors, metadata = files.read_tensors(path)
     version = metadata.get("format_version")
     if version != str(FORMAT_VERSION):
         raise UserError(
-            f"{path}: format_version = {version!r}: this touchdown reads {FORMAT_VERSION}"
+            f"{path}: format_version = {version!r}: must be {FORMAT_VERSION} "
+            "in this version of touchdown"
         )
     where = f"{path}: not recorded flights"
     known = records.decode(metadata.get("flights", ""), list[_Facts], where)

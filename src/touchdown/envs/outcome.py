@@ -1,4 +1,4 @@
-"""How an episode ended, in words."""
+"""The outcome of an episode."""
 
 from touchdown.core.types import FloatArray, Outcome
 from touchdown.lander.rules import is_lander
@@ -7,8 +7,8 @@ from touchdown.lander.rules import is_lander
 def outcome_of(env_id: str, observation: FloatArray, reward: float, *, terminated: bool) -> Outcome:
     """How an episode ended, from its last step.
 
-    The lander's last reward is exactly +100 where it came to rest, and -100 where it crashed or
-    flew out of bounds.
+    The lander's last reward is exactly +100 if it came to rest, and -100 if it crashed or flew out
+    of bounds.
     """
     if not terminated:
         return "timed out"

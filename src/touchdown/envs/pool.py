@@ -1,4 +1,4 @@
-"""Environments stepped together, each reset on its own: Gymnasium's, or the exact engine's."""
+"""Environments stepped together and reset individually, from Gymnasium or the exact engine."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -24,15 +24,15 @@ class EnvPool(Protocol):
         ...
 
     def reset(self, index: int, seed: int) -> FloatArray:
-        """Start an episode in one environment; returns its first observation, [D]."""
+        """Start an episode in one environment; return its first observation, [D]."""
         ...
 
     def step(self, indices: IntArray, actions: IntArray) -> StepResult:
         """Step some of the environments.
 
         Args:
-            indices: of the environments, in rising order.
-            actions: one for each, in the same order.
+            indices: indices of the environments, in increasing order.
+            actions: one action for each, in the same order.
         """
         ...
 
@@ -42,12 +42,12 @@ class EnvPool(Protocol):
 
 
 def make_pool(env_id: str, num_envs: int, engine: Engine) -> EnvPool:
-    """A pool of environments of one id.
+    """A pool of environments with one id.
 
     Args:
-        env_id: Gymnasium's id.
+        env_id: Gymnasium id.
         num_envs: N, at least 1.
-        engine: what simulates the lander; other environments are always Gymnasium's own.
+        engine: engine that simulates the lander; other environments are always Gymnasium's.
 
     Raises:
         UserError: there is no such environment, or it cannot be made.
@@ -61,7 +61,7 @@ class StockEnvPool:
     """Gymnasium's environments, stepped one after the other.
 
     Args:
-        envs: all of one id, at least one.
+        envs: environments with one id, at least one.
     """
 
     def __init__(self, envs: Sequence[MadeEnv]) -> None:
@@ -69,7 +69,7 @@ class StockEnvPool:
         self.spaces = envs[0].spaces
 
     def reset(self, index: int, seed: int) -> FloatArray:
-        """Start an episode in one environment; returns its first observation, [D]."""
+        """Start an episode in one environment; return its first observation, [D]."""
         return self._envs[index].reset(seed=seed)[0]
 
     def step(self, indices: IntArray, actions: IntArray) -> StepResult:
@@ -135,4 +135,4 @@ class _ExactEnvPool:
         )
 
     def close(self) -> None:
-        """The engine holds nothing but memory."""
+        """Do nothing: the engine holds only memory."""

@@ -1,4 +1,4 @@
-"""Recording one episode: what a policy observes and does, and what a picture of it needs."""
+"""Records one episode: a policy's observations and actions, and the data for pictures."""
 
 import io
 import os
@@ -19,13 +19,13 @@ from touchdown.lander import rules
 
 
 def record_flight(policy: Policy, env_id: str, seed: int, name: str) -> Flight:
-    """Record one episode; of the lander, on the engine in use.
+    """Record one episode; the lander is simulated by the engine in use.
 
     Args:
         policy: chooses the actions.
-        env_id: Gymnasium's id.
+        env_id: Gymnasium id.
         seed: environment seed of the start.
-        name: what to call the policy.
+        name: name of the policy.
 
     Raises:
         UserError: there is no such environment, or it cannot be made.
@@ -76,7 +76,7 @@ def fly(made: MadeEnv, policy: Policy, env_id: str, seed: int, name: str) -> Fli
 
 @contextmanager
 def _sdl_without_display() -> Generator[None]:
-    """Let environments that draw with SDL draw without a display."""
+    """Allow environments that draw with SDL to draw without a display."""
     before = os.environ.get("SDL_VIDEODRIVER")
     os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
     try:
@@ -109,7 +109,7 @@ def _terrain(env: environment.Env) -> Terrain:
     inside: Any = env.unwrapped
     if hasattr(inside, "terrain"):  # ours
         return Terrain(*inside.terrain().T.copy(), *inside.helipad)
-    # each polygon of the sky stands on one edge of the ground, and begins with that edge
+    # each polygon of the sky stands on one edge of the ground and begins with it
     corners = [polygon[0] for polygon in inside.sky_polys] + [inside.sky_polys[-1][1]]
     xs, heights = np.array(corners, np.float64).T
     return Terrain(

@@ -1,4 +1,4 @@
-"""An evaluation: a policy's episodes from a set of starts, in numbers, to and from JSON."""
+"""An evaluation: results of a policy's episodes from a set of starts, to and from JSON."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ FORMAT_VERSION = 1
 
 @dataclass(frozen=True, slots=True)
 class Evaluation:
-    """A policy's episodes and what they say."""
+    """A policy's episodes and their summary."""
 
     name: str
     env_id: str
@@ -42,7 +42,7 @@ class _EvaluationFile(Struct, frozen=True, rename={"evaluations": "pilots"}):
 
     format_version: Literal[1]
     checkpoint: WeightsFacts
-    """Of the weights that were tested."""
+    """Facts about the tested weights."""
     evaluations: Annotated[list[Evaluation], Meta(min_length=1)]
 
     def __post_init__(self) -> None:
@@ -54,7 +54,7 @@ class _EvaluationFile(Struct, frozen=True, rename={"evaluations": "pilots"}):
             if (summary.share_solved is None) != (summary.threshold is None):
                 raise ValueError(
                     f"pilots[{index}].summary.share_solved = {summary.share_solved}: "
-                    "must be a number where there is a threshold, and only there"
+                    "must be a number if there is a threshold, else null"
                 )
 
 
@@ -66,14 +66,14 @@ def evaluate_policy(
     on_episode: Callable[[], object] = lambda: None,
     observer: Observer = lambda _places, _observations: None,
 ) -> Evaluation:
-    """Let a policy act greedily, one episode from each start.
+    """Run one greedy episode of a policy from each start.
 
     Args:
-        policy: to be evaluated.
+        policy: the policy to evaluate.
         starts: environment seeds.
-        evaluator: ready for the policy's environment; a new one is made if None.
+        evaluator: an evaluator for the policy's environment; None makes a new one.
         on_episode: called after each episode.
-        observer: sees each observation on the way; see `Evaluator.rollout`.
+        observer: called with each observation; see `Evaluator.rollout`.
 
     Raises:
         UserError: the policy's environment cannot be made.
@@ -102,9 +102,9 @@ def write_evaluations(path: Path, evaluations: Sequence[Evaluation], chosen: Wei
     """Write a run's test episodes: its own policy's first, then the baselines'.
 
     Args:
-        path: of `evaluation.json`.
-        evaluations: of every policy, all from the same starts.
-        chosen: facts about the weights that were tested.
+        path: path of `evaluation.json`.
+        evaluations: evaluations of all policies, from the same starts.
+        chosen: facts about the tested weights.
     """
     content = {
         "format_version": FORMAT_VERSION,
@@ -115,7 +115,7 @@ def write_evaluations(path: Path, evaluations: Sequence[Evaluation], chosen: Wei
 
 
 def read_evaluations(path: Path) -> list[Evaluation]:
-    """What `write_evaluations` wrote, at least one.
+    """The evaluations that `write_evaluations` wrote, at least one.
 
     Raises:
         UserError: the file is missing, broken or of another version.
@@ -124,11 +124,11 @@ def read_evaluations(path: Path) -> list[Evaluation]:
 
 
 def median_start(evaluation: Evaluation) -> int:
-    """The start of the episode with the median return: neither the luckiest nor the worst."""
+    """The start of the episode with the median return."""
     ranked = sorted(evaluation.episodes, key=lambda episode: episode.episode_return)
     return ranked[len(ranked) // 2].seed
 
 
 def is_lander(evaluation: Evaluation) -> bool:
-    """Whether the episodes were the lander's."""
+    """Whether the environment is the lander."""
     return rules.is_lander(evaluation.env_id)

@@ -19,7 +19,7 @@ Observer = Callable[[IntArray, FloatArray], object]
 `starts` of the episodes that have one, [K], and their observations, [K, D]."""
 
 NUM_ENVS = 32
-"""Environments in a pool: enough to spread the cost of calling a network."""
+"""Environments in a pool, enough to amortise the cost of calling a network."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,9 +42,9 @@ class Evaluator:
     """A pool of environments for rollouts from given starts.
 
     Args:
-        env_id: Gymnasium's id.
-        num_envs: environments stepped together; no result depends on it.
-        engine: simulates the lander; results are the same to the last bit.
+        env_id: Gymnasium id.
+        num_envs: environments stepped together; results do not depend on it.
+        engine: engine that simulates the lander; results are the same to the last bit.
 
     Raises:
         UserError: there is no such environment, or it cannot be made.
@@ -71,7 +71,7 @@ class Evaluator:
         """One episode from each start, results in the order of the starts.
 
         Args:
-            policy: chooses the actions; each from its own observation alone.
+            policy: chooses the actions, each from its own observation only.
             starts: environment seeds.
             on_episode: called after each episode.
             observer: called with the first observation of each episode, then after each step.

@@ -1,4 +1,4 @@
-"""Paths: where the lander was at each step of an evaluation's first flights, kept compactly."""
+"""Paths: positions of the lander in the first flights of an evaluation, in a compact file."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -14,7 +14,7 @@ from touchdown.core.types import FloatArray, IntArray
 
 FORMAT_VERSION = 1
 NUM_PATHS = 30
-"""Test starts whose paths are kept: enough to compare two policies by."""
+"""Number of test starts whose paths are kept, enough to compare two policies."""
 
 FlightPath = NDArray[np.float32]
 """x and y as the environment observes them, in half viewports, at each observation: [T + 1, 2]."""
@@ -26,8 +26,8 @@ class PathRecorder:
     """An observer of a rollout that keeps the paths of its first episodes.
 
     Args:
-        starts: the rollout's.
-        count: how many of them to keep, from the first.
+        starts: starts of the rollout.
+        count: number of starts to keep, from the first.
     """
 
     def __init__(self, starts: Sequence[int], count: int = NUM_PATHS) -> None:
@@ -35,7 +35,7 @@ class PathRecorder:
         self._points: list[list[FloatArray]] = [[] for _ in self._starts]
 
     def __call__(self, places: IntArray, observations: FloatArray) -> None:
-        """Keep the positions among these observations; see `Observer`."""
+        """Keep the positions in these observations; see `Observer`."""
         for place, observation in zip(places.tolist(), observations, strict=True):
             if place < len(self._points):
                 self._points[place].append(observation[:2].copy())
@@ -62,21 +62,22 @@ def save_paths(path: Path, paths: FlightPaths) -> None:
 
 
 def load_paths(path: Path) -> FlightPaths:
-    """The paths of a file that `save_paths` wrote, in their order.
+    """The paths in a file from `save_paths`, in order.
 
     Raises:
-        UserError: the file is missing, cut off, of another version, or holds something else.
+        UserError: the file is missing, truncated, of another version, or something else.
     """
     tensors, metadata = files.read_tensors(path)
     version = metadata.get("format_version")
     if version != str(FORMAT_VERSION):
         raise UserError(
-            f"{path}: format_version = {version!r}: this touchdown reads {FORMAT_VERSION}"
+            f"{path}: format_version = {version!r}: must be {FORMAT_VERSION} "
+            "in this version of touchdown"
         )
     try:
         found = {int(start): tensors[str(start)] for start in json.loads(metadata["starts"])}
     except (KeyError, TypeError, ValueError):
-        raise UserError(f"{path}: not the paths of flights") from None
+        raise UserError(f"{path}: not recorded paths") from None
     for start, points in found.items():
         if points.ndim != 2 or points.shape[1] != 2 or not len(points):
             raise UserError(

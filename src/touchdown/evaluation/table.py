@@ -26,10 +26,10 @@ def evaluation_table(
     """A table with one column per policy, narrow enough for four of them in 80 characters.
 
     Args:
-        evaluations: of episodes from the same starts; with `paper`, the agent comes first and `pid`
+        evaluations: evaluations from the same starts; with `paper`, the agent's first and `pid`'s
             second.
         paper: whether to add the paper's means, with the PID's in the column of `pid`.
-        note: a sentence to put first in the notes under the table.
+        note: a sentence that begins the notes under the table.
     """
     first = evaluations[0]
     starts = [episode.seed for episode in first.episodes]
@@ -63,12 +63,12 @@ def evaluation_rows(evaluation: Evaluation) -> list[tuple[str, str]]:
 
 
 def _points(value: float, decimals: int) -> str:
-    """A return; small ones get two decimals, as environments that pay 1 in all need them."""
+    """A return; small ones have two decimals, for environments with a total reward of 1."""
     return f"{value:.{2 if abs(value) < 2 else decimals}f}"
 
 
 def _rows(first: Evaluation) -> Iterator[tuple[str, Callable[[Summary], str]]]:
-    """Each row's name, and how its cells are made."""
+    """Each row's name and the function that formats its cells."""
     yield "return, mean ± sd", lambda s: f"{_points(s.mean_return, 1)} ± {_points(s.sd_return, 0)}"
     yield "return, IQM", lambda s: _points(s.iqm.value, 1)
     yield "  95% interval", lambda s: f"[{_points(s.iqm.low, 0)}, {_points(s.iqm.high, 0)}]"

@@ -1,4 +1,4 @@
-"""Check that an exported model acts as its policy does, on observations from flights."""
+"""Checks that an exported model acts like its policy, on observations from flights."""
 
 from dataclasses import dataclass
 from itertools import count
@@ -16,10 +16,10 @@ from touchdown.policies.foreign.onnx import OnnxModel
 
 OBSERVATIONS = 10_000
 ROUNDING = 1e-5
-"""Largest difference that counts as rounding, as a share of the largest |Q|: about 100 steps of
-float32, ten times the differences measured for the networks of the presets."""
+"""Largest difference that counts as rounding, as a fraction of the largest |Q|: about 100 float32
+steps, ten times the differences measured for the networks of the presets."""
 _NUM_ENVS = 16  # few enough that episodes end in all of them
-_RANDOM_SHARE = 0.25  # of the actions, so that states are visited that the policy avoids
+_RANDOM_SHARE = 0.25  # of the actions, to visit states that the policy avoids
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,12 +33,12 @@ class Agreement:
     largest_difference: float
     """Largest difference between two values, in units of Q."""
     close: int
-    """Observations whose two best actions are within the tolerance of each other."""
+    """Observations whose two best actions have values within the tolerance of each other."""
     differing: int
-    """Observations, of those, where model and policy take different ones of the two actions."""
+    """Number of those observations where model and policy take different actions."""
 
     def __str__(self) -> str:
-        """In words, starting with the number of actions that agree."""
+        """A sentence that starts with the number of actions that agree."""
         agreeing = self.observations - self.differing
         return (
             f"{agreeing:,} of {self.observations:,} actions agree with touchdown's "
@@ -51,12 +51,12 @@ def seen_in_flight(policy: ValuePolicy, env_id: str, seed: int = 0) -> NDArray[n
     """Observations from flights from training starts.
 
     Args:
-        policy: chooses three of four actions; the fourth is random.
+        policy: chooses three of every four actions; the fourth is random.
         env_id: the environment.
-        seed: of the random actions.
+        seed: seed of the random actions.
 
     Returns:
-        `OBSERVATIONS` of them, [N, D].
+        `OBSERVATIONS` observations, [N, D].
 
     Raises:
         UserError: there is no such environment.
@@ -92,11 +92,11 @@ def check(
     Actions must be equal wherever the two best values differ by more than rounding.
 
     Args:
-        model: of `graph.onnx_model`.
-        policy: that the model was exported from.
+        model: a model from `graph.onnx_model`.
+        policy: the policy that the model was exported from.
         observations: [N, D].
-        largest_term: largest term of the sums that values are, if it may exceed the values: with
-            atoms, the largest return of the support.
+        largest_term: largest term in the sums that give the values, if it may exceed the values:
+            with atoms, the largest return of the support.
 
     Raises:
         UserError: they differ by more than rounding, or the policy's values are not finite.
@@ -115,7 +115,7 @@ def check(
     if wrong or not difference <= tolerance:
         raise UserError(
             f"format 'onnx': {wrong} of {len(observations)} actions differ from touchdown's, and "
-            f"values by up to {difference:.3g}, where rounding is {tolerance:.3g}; nothing is "
+            f"values differ by up to {difference:.3g}, must be at most {tolerance:.3g}; nothing is "
             "written, because this export would act differently; please report it"
         )
     return Agreement(

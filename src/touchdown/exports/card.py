@@ -1,4 +1,4 @@
-"""The model card of a policy: a README, with metadata that Hugging Face reads."""
+"""The model card of a policy: a README with metadata for Hugging Face."""
 
 import json
 from collections.abc import Mapping
@@ -18,8 +18,8 @@ def model_card(source: Source, model_file: str, agreement: Agreement | None) -> 
 
     Args:
         source: the policy.
-        model_file: name of the model file beside the card.
-        agreement: of an ONNX model with the policy; None for `safetensors`.
+        model_file: name of the model file in the folder of the card.
+        agreement: agreement of an ONNX model with the policy; None for `safetensors`.
 
     Raises:
         UserError: one of the policy's files is broken.
@@ -32,15 +32,12 @@ def model_card(source: Source, model_file: str, agreement: Agreement | None) -> 
         "## Results\n\n" + (_results(evaluation) if evaluation else _NO_RESULTS),
         "## Fly it\n\n" + _how_to_fly(model_file, agreement),
         f"## Settings\n\n```toml\n{toml.to_toml(config).strip()}\n```",
-        "## Where it comes from\n\n" + _provenance(source),
+        "## Provenance\n\n" + _provenance(source),
     ]
     return "\n\n".join(parts) + "\n"
 
 
-_NO_RESULTS = (
-    "This run has no evaluation yet: it was exported before its test episodes, "
-    "so its performance is not known."
-)
+_NO_RESULTS = "This policy was exported before its test episodes, so its performance is not known."
 
 
 def _header(source: Source, evaluation: Evaluation | None) -> str:
@@ -100,13 +97,13 @@ def _how_to_fly(model_file: str, agreement: Agreement | None) -> str:
         return (
             f"```bash\ntouchdown evaluate {model_file}\n"
             f"touchdown fly {model_file} --seed 7\n```\n\n"
-            f"`{model_file}` is a safetensors file: named arrays, and no code."
+            f"`{model_file}` is a safetensors file: it contains named arrays and no code."
         )
     return (
         f"```bash\npip install onnxruntime 'gymnasium[box2d]'\npython fly_onnx.py\n```\n\n"
         f"or, with `touchdown[onnx]`:\n\n```bash\ntouchdown evaluate {model_file}\n```\n\n"
-        "Input `observations`: float32 [N, D], as the environment gives them (a numbered state is "
-        "one-hot). "
+        "Input `observations`: float32 [N, D], as the environment returns them (Discrete "
+        "states are one-hot). "
         "Outputs `q_values`: float32 [N, A], and `action`: int64 [N], the greedy action.\n\n"
         f"Checked in onnxruntime at export: {agreement}."
     )

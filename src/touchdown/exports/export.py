@@ -1,4 +1,4 @@
-"""Export a policy to a folder: the model, its card, and an example that flies it."""
+"""Exports a policy to a folder: the model, its card, and an example program."""
 
 import json
 from dataclasses import dataclass
@@ -36,16 +36,16 @@ class Export:
 
 
 def write_export(source: Source, file_format: Format, out: Path | None = None) -> Export:
-    """Export a policy to a new folder; the folder is written whole or not at all.
+    """Export a policy to a new folder, which is written completely or not at all.
 
     Args:
         source: the policy.
         file_format: `onnx`, or `safetensors`, the format of a run's weights.
-        out: the folder to make; `<name>-<format>` in the current folder if None.
+        out: folder to create; None uses `<name>-<format>` in the current folder.
 
     Raises:
         UserError: the folder exists already or cannot be written, the policy's files are broken, a
-            library is not installed, or the model does not act as the policy does.
+            library is not installed, or the model does not act like the policy.
     """
     if file_format not in get_args(Format):
         raise UserError(f"format {file_format!r}: must be one of {', '.join(get_args(Format))}")

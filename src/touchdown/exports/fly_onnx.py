@@ -1,4 +1,4 @@
-"""Fly the ONNX model beside this file on stock Gymnasium; touchdown is not needed.
+"""Fly the ONNX model in this folder on stock Gymnasium; touchdown is not needed.
 
 pip install onnxruntime "gymnasium[box2d]", then: python fly_onnx.py [MODEL.onnx]
 """

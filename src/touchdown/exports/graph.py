@@ -48,8 +48,8 @@ def onnx_model(
     [N, A], and `action`, int64 [N]: the first of the best actions.
 
     Args:
-        model: a network, of whose noisy weights the means are used, or a table.
-        params: flat, [P].
+        model: a network (noisy weights are replaced by their means) or a table.
+        params: flat parameters, [P].
         observation_size: D; Discrete observations are one-hot.
         num_actions: A.
         metadata: text to store in the file.
@@ -62,7 +62,7 @@ def onnx_model(
     else:
         q = _table(graph, model, params)
     graph.add("ArgMax", q, output="action", axis=1, keepdims=0)
-    # a table's values are double until here
+    # a table's values are in double precision until here
     graph.add("Cast", q, output="q_values", to=kinds.FLOAT)
     made = helper.make_model(
         helper.make_graph(
@@ -94,19 +94,19 @@ class _Graph:
         self._onnx = onnx
 
     def add(self, operator: str, *inputs: str, output: str = "", **attributes: Any) -> str:
-        """Add a node; returns the name of its output."""
+        """Add a node; return the name of its output."""
         name = output or f"{operator}.{len(self.nodes)}"
         self.nodes.append(self._onnx.helper.make_node(operator, inputs, [name], **attributes))
         return name
 
     def constant(self, value: NDArray[Any], name: str = "") -> str:
-        """Add a constant; returns its name."""
+        """Add a constant; return its name."""
         name = name or f"constant.{len(self.constants)}"
         self.constants.append(self._onnx.numpy_helper.from_array(np.array(value), name))
         return name
 
     def cast(self, name: str, dtype: type[np.generic]) -> str:
-        """Add a cast to another dtype; returns the name of its output."""
+        """Add a cast to another dtype; return the name of its output."""
         to = self._onnx.helper.np_dtype_to_tensor_dtype(np.dtype(dtype))
         return self.add("Cast", name, to=to)
 
@@ -124,7 +124,7 @@ def _network(graph: _Graph, network: QNetwork, params: FloatArray) -> str:
             x = graph.add("LayerNormalization", x, scale, shift, axis=-1, epsilon=_EPSILON)
         x = _activated(graph, x, config.activation)
     outputs = max(1, config.quantiles, config.atoms)
-    by_action = graph.constant(np.array([0, network.num_actions, outputs]))  # 0: N, as in the input
+    by_action = graph.constant(np.array([0, network.num_actions, outputs]))  # 0: as in the input
     if config.dueling:
         advantage = _linear(graph, x, layers, "advantage")
         advantage = graph.add("Reshape", advantage, by_action)
@@ -156,7 +156,7 @@ def _activated(graph: _Graph, x: str, activation: str) -> str:
 
 
 def _table(graph: _Graph, table: QTable, params: FloatArray) -> str:
-    """Q(s,·), [N, A], looked up by the number of the state, in double precision as in the table."""
+    """Q(s,·), [N, A], looked up by the number of the state, in double precision like the table."""
     q = graph.constant(table.layers(params)["q"], "q")
     states = table.states
     if not isinstance(states, Grid):

@@ -18,16 +18,16 @@ from touchdown.runs.run import Run
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """A policy, with the facts that its card states."""
+    """A policy with the facts for its card."""
 
     name: str
     weights: Path
-    """A file of `policies.weights.save_weights`."""
+    """A file written by `policies.weights.save_weights`."""
     config: Config
     made: Provenance
-    """Versions and commit that it was trained with, as far as they are known."""
+    """Versions and commit that it was trained with, as far as known."""
     evaluate: Callable[[], Evaluation | None]
-    """Gives its test flights; None if it has none."""
+    """Returns its test flights; None if it has none."""
 
 
 def of_run(run: Run) -> Source:
@@ -42,7 +42,7 @@ def of_run(run: Run) -> Source:
 
 
 def of_shipped(weights: Path) -> Source:
-    """A shipped policy, with the config of its preset; its test flights are flown on demand.
+    """A shipped policy, with the config of its preset; it is tested on demand.
 
     Raises:
         UserError: the file is broken.

@@ -1,1 +1,1 @@
-"""Numbers to Axes: each figure draws the numbers it is given, and computes no statistics."""
+"""Figures: each draws given numbers on matplotlib Axes and computes no statistics."""

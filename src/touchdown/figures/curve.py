@@ -15,7 +15,7 @@ from touchdown.lander.rules import SOLVED_RETURN
 
 WINDOW = 100  # episodes in a moving mean, as in the paper
 _SHORTEST_MEAN = 20  # episodes before the moving mean is drawn
-_LOWEST_PERCENTILE = 4.0  # returns below it are marked at the edge instead of squeezing the rest
+_LOWEST_PERCENTILE = 4.0  # lower returns are marked at the edge, not to squeeze the rest
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -39,7 +39,7 @@ def learning_curve(
     """Returns of training episodes and of validations over environment steps.
 
     Args:
-        ax: to draw on.
+        ax: the axes to draw on.
         episodes: lines of `episodes.jsonl`: `observations`, `episode_return`.
         validations: lines of `validations.jsonl`: `observations`, `mean_return`.
         chosen_env_steps: environment steps of the selected checkpoint; None marks none.
@@ -61,7 +61,7 @@ def learning_curve(
             linewidth=1,
             marker="o",
             markersize=3.5,
-            label="validation mean, greedy",
+            label="validation mean (greedy)",
         )
     _mark_chosen(ax, checked_at, checked, chosen_env_steps)
     ax.set_ylim(low, high)
@@ -74,7 +74,7 @@ def exploration(ax: Axes, episodes: Rows) -> Axes:
     """ε, and the share of the last 100 episodes that timed out, over environment steps.
 
     Args:
-        ax: to draw on.
+        ax: the axes to draw on.
         episodes: lines of `episodes.jsonl`: `observations`, `epsilon`, `outcome`.
     """
     at = _column(episodes, "observations")
@@ -104,11 +104,11 @@ def save_learning_curve(
     """Draw a run's learning curve above its exploration, and write the figure as PNG.
 
     Args:
-        path: of the file.
+        path: the file.
         episodes: lines of `episodes.jsonl`.
         validations: lines of `validations.jsonl`.
         chosen_env_steps: environment steps of the selected checkpoint; None marks none.
-        title: above the figure.
+        title: title above the figure.
         threshold: return that counts as solved; None draws no line.
 
     Raises:
@@ -131,7 +131,7 @@ def _column(rows: Rows, name: str) -> FloatArray:
 def _limits(
     returns: FloatArray, checked: FloatArray, threshold: float | None
 ) -> tuple[float, float]:
-    """Axis limits that hold all but the lowest few returns of a long run."""
+    """Axis limits that contain all but the lowest few returns of a long run."""
     solved = [] if threshold is None else [threshold]
     values = np.concatenate((returns, checked, solved))
     if not len(values):
@@ -185,7 +185,7 @@ def _draw_episodes(ax: Axes, at: FloatArray, returns: FloatArray, low: float) ->
             clip_on=False,
             label=label,
         )
-    # a mean of a few episodes is noisy; a short run has no other
+    # a mean of a few episodes is noisy, but a short run has no other
     first = _SHORTEST_MEAN - 1 if len(at) > 2 * _SHORTEST_MEAN else 0
     means = moving_mean(returns)
     label = f"mean of the last {WINDOW}"

@@ -27,7 +27,7 @@ def flights_overlay(ax: Axes, groups: Mapping[str, Sequence[Flight]]) -> Axes:
     """Paths of the lander's hull, one colour per policy, with the outcome of each flight.
 
     Args:
-        ax: to draw on.
+        ax: the axes to draw on.
         groups: flights of the lander by policy name, from the same starts.
 
     Raises:
@@ -73,9 +73,9 @@ def save_flights(path: Path, groups: Mapping[str, Sequence[Flight]], title: str)
     """Draw flights of several policies over each other and write them as PNG.
 
     Args:
-        path: of the file.
+        path: the file.
         groups: flights of the lander by policy name, from the same starts.
-        title: above the figure.
+        title: title above the figure.
 
     Raises:
         UserError: the file cannot be written.

@@ -18,7 +18,7 @@ Cell = tuple[int, int]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GridWorld:
-    """A gridworld as it is drawn: M maps of R rows and C columns, most often one map.
+    """The layout of a gridworld: M maps (usually one) of R rows and C columns.
 
     With several maps, each stands for one value of the rest of the state, such as the taxi's
     passenger. The maps are laid out in named rows and columns.
@@ -46,7 +46,7 @@ def grid_of(env: gym.Env[Any, Any]) -> GridWorld | None:
         case "FrozenLakeEnv":
             return _frozen_lake(toy.desc)
         case "CliffWalkingEnv":
-            return _cliff_walking(toy._cliff, toy.start_state_index)  # not public anywhere
+            return _cliff_walking(toy._cliff, toy.start_state_index)  # not public
         case "TaxiEnv":
             return _taxi(toy.desc)
         case _:
@@ -84,7 +84,7 @@ def _cliff_walking(cliff: NDArray[np.bool_], start: int) -> GridWorld:
 
 
 def _taxi(desc: NDArray[np.bytes_]) -> GridWorld:
-    """A map for each position of the passenger (four stands, the taxi) and each destination."""
+    """A map for each position of the passenger (four stands or the taxi) and each destination."""
     inside = desc.astype(np.str_)[1:-1, 1:-1]  # cells and the walls between them alternate
     places, walls = inside[:, ::2], inside[:, 1::2]
     rows, columns = places.shape

@@ -13,14 +13,14 @@ def draw_importance(ax: Axes, importance: Mapping[str, float]) -> Axes:
     """One bar per setting, the largest at the top.
 
     Args:
-        ax: to draw on.
+        ax: the axes to draw on.
         importance: share of each setting, by its name.
     """
     ranked = sorted(importance.items(), key=lambda item: item[1])
     bars = ax.barh([name for name, _ in ranked], [share for _, share in ranked], color=style.BLUE)
     ax.bar_label(bars, fmt="{:.0%}", padding=4, color=style.INK, fontsize=8)
     ax.xaxis.set_major_formatter(PercentFormatter(1.0))
-    ax.set_xlabel("share of the importance (PED-ANOVA)")
+    ax.set_xlabel("relative importance (PED-ANOVA)")
     ax = style.tidy(ax)
     ax.tick_params(axis="y", labelcolor=style.INK, length=0)
     ax.grid(visible=False, axis="y")

@@ -35,7 +35,7 @@ _GAP = "   "  # between maps in text
 def greedy_glyphs(grid: GridWorld, q: FloatArray) -> NDArray[np.str_]:
     """The character in each cell: the glyph of the best action, or the mark of a cell without one.
 
-    Of several best actions the first is shown, as argmax takes it, unless all are equal.
+    In a tie the first best action is shown, as by argmax, unless all are equal.
 
     Args:
         grid: the layout of the cells.
@@ -45,7 +45,7 @@ def greedy_glyphs(grid: GridWorld, q: FloatArray) -> NDArray[np.str_]:
         Single characters: [M, R, C].
 
     Raises:
-        ValueError: the table has other states or actions than the grid.
+        ValueError: the table does not have the states and actions of the grid.
     """
     wanted = (grid.states.size, len(grid.glyphs))
     if q.shape != wanted:
@@ -63,7 +63,7 @@ def policy_text(grid: GridWorld, q: FloatArray) -> str:
         q: Q(s,a): [S, A].
 
     Raises:
-        ValueError: the table has other states or actions than the grid.
+        ValueError: the table does not have the states and actions of the grid.
     """
     glyphs = greedy_glyphs(grid, q)
     across = len(grid.column_names)
@@ -83,12 +83,12 @@ def draw_policy(ax: Axes, grid: GridWorld, q: FloatArray) -> Axes:
     """A greedy policy as arrows over the cells, coloured by the value of the best action.
 
     Args:
-        ax: to draw on.
+        ax: the axes to draw on.
         grid: the layout of the cells.
         q: Q(s,a): [S, A].
 
     Raises:
-        ValueError: the table has other states or actions than the grid.
+        ValueError: the table does not have the states and actions of the grid.
     """
     across = len(grid.column_names)
     values = q.max(axis=1)[grid.states]
@@ -116,10 +116,10 @@ def save_policy(path: FilePath, grid: GridWorld, q: FloatArray, title: str) -> N
     """Draw a policy as a map and write it as PNG.
 
     Args:
-        path: of the file.
+        path: the file.
         grid: the layout of the cells.
         q: Q(s,a): [S, A].
-        title: above the map.
+        title: title above the map.
 
     Raises:
         UserError: the file cannot be written.
@@ -139,17 +139,17 @@ def draw_path(
     """A path over a grid of one map, from a ring to a dot, with a legend above.
 
     Args:
-        ax: with the map.
-        cells: in the order of the path; a jump, as from the cliff to the start, leaves a gap.
-        colour: of the line.
-        label: in the legend.
+        ax: axes with the map.
+        cells: cells in the order of the path; a jump, as from the cliff to the start, leaves a gap.
+        colour: colour of the line.
+        label: label in the legend.
         offset: right and down from the centres, in cells, so that two paths are both visible.
     """
     path = np.array(cells, np.float64).reshape(-1, 2) + 0.5 + offset
     jumps = np.flatnonzero(np.abs(np.diff(path, axis=0)).sum(axis=1) > 1.5) + 1
     y, x = np.insert(path, jumps, np.nan, axis=0).T
     line: dict[str, Any] = {"solid_joinstyle": "round", "zorder": 4}
-    ax.plot(x, y, color="white", linewidth=4.2, **line)  # sets it off from arrows and other paths
+    ax.plot(x, y, color="white", linewidth=4.2, **line)  # separates it from arrows and other paths
     ax.plot(x, y, color=colour, linewidth=2.4, label=label, **line)
     for place, face in ((path[:1], "white"), (path[-1:], colour)):
         ax.plot(*place.T[::-1], "o", markersize=6, color=colour, markerfacecolor=face, zorder=5)
@@ -182,7 +182,7 @@ def _sheet(maps: NDArray[Any], across: int, fill: Any) -> NDArray[Any]:
 
 
 def _norm(values: FloatArray) -> Normalize:
-    """The smallest to the largest value of all maps, so that their colours compare."""
+    """The smallest to the largest value of all maps, so that colours are comparable."""
     low, high = float(values.min()), float(values.max())
     return Normalize(low, high) if low < high else Normalize(low - 0.5, low + 0.5)
 
@@ -200,7 +200,7 @@ def _draw_cells(ax: Axes, values: FloatArray, where: NDArray[np.bool_], **colour
 
 def _draw_colour_bar(ax: Axes, mesh: QuadMesh, shape: tuple[int, ...]) -> None:
     """A colour bar, right of the map."""
-    # its name is above it: beside it, the layout would cut it off
+    # its name is above it, because the layout would cut it off at the side
     height, width = shape
     bar = ax.inset_axes((1 + 0.3 / width, 0.0, 0.015 + 0.08 / width, 1 - 0.5 / height))
     ax.figure.colorbar(mesh, cax=bar)

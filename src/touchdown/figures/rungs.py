@@ -12,11 +12,11 @@ from touchdown.figures import style
 from touchdown.lander.rules import SOLVED_RETURN
 
 Curve = tuple[Sequence[float], Sequence[float]]
-"""Environment steps at which a run was validated, rising, and the mean returns."""
+"""Environment steps of a run's validations, in increasing order, and the mean returns."""
 
 _COLOURS = (style.MUTED, style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, style.RED)
 MAX_CURVES = len(_COLOURS)
-"""Variants that one picture can tell apart."""
+"""Largest number of variants that are distinguishable in one picture."""
 _POINTS = 200
 
 
@@ -42,14 +42,14 @@ def draw_rungs(
     """Mean validation return of each variant over environment steps, with its interval shaded.
 
     Args:
-        ax: to draw on.
-        curves: by the variant's name; the first is the one to compare with.
+        ax: the axes to draw on.
+        curves: curves by variant name; the first is the baseline.
         solved: return that counts as solved.
     """
     _draw_curves(ax, curves)
     ax.axhline(solved, color=style.MUTED, linewidth=1, linestyle=(0, (4, 3)), zorder=1)
     ax.set_ylim(-400, 300)
-    ax.set_ylabel("validation return, greedy")
+    ax.set_ylabel("validation return (greedy)")
     return _over_env_steps(ax)
 
 
@@ -57,9 +57,9 @@ def draw_shares(ax: Axes, curves: Mapping[str, Sequence[Curve]], what: str) -> A
     """Mean share of each variant over environment steps, with its interval shaded.
 
     Args:
-        ax: to draw on.
-        curves: by the variant's name: environment steps, and shares from 0 to 1.
-        what: label of the axis: what the shares are of.
+        ax: the axes to draw on.
+        curves: environment steps and shares from 0 to 1, by variant name.
+        what: label of the axis.
     """
     _draw_curves(ax, curves)
     ax.set_ylim(0, 1.02)

@@ -17,8 +17,8 @@ from touchdown.stats.summary import Interval
 
 COLOURS = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, style.RED)
 _SEED: dict[str, Any] = {"s": 14, "alpha": 0.45, "linewidths": 0, "zorder": 2}
-_WIDE = 30.0  # ratio of the largest to the smallest position from which an axis is logarithmic
-# return points: wider intervals, of few seeds, would squeeze the rest of the figure
+_WIDE = 30.0  # ratio of the largest to the smallest position above which an axis is logarithmic
+# return points; wider intervals, from few seeds, would squeeze the rest of the figure
 _LEAST_SHOWN, _MOST_SHOWN = -300.0, 320.0
 _BESIDE = 4.0  # typographic points between a mean and its seeds
 
@@ -45,13 +45,13 @@ class Row:
 def draw_over_axis(
     ax: Axes, lines: Mapping[str, Sequence[Point]], axis: str, base: float | None = None
 ) -> Axes:
-    """Each line's means with their 95% intervals, and the seeds behind them.
+    """Each line's means with their 95% intervals, and the individual seeds.
 
     Args:
-        ax: to draw on.
-        lines: by name; "" has no legend entry.
+        ax: the axes to draw on.
+        lines: lines by name; "" has no legend entry.
         axis: label of the x axis.
-        base: position of the level that the paper chose, which is marked; None marks none.
+        base: position of the paper's level, which is marked; None marks none.
     """
     positions = sorted({point.position for points in lines.values() for point in points})
     scale = _scale_of(positions)
@@ -81,7 +81,7 @@ def draw_over_axis(
 
 
 def _fit(ax: Axes, positions: Sequence[float]) -> None:
-    """Leave room at both ends; matplotlib's own limits do not count offset points."""
+    """Leave room at both ends; matplotlib's own limits ignore offset points."""
     scale = ax.xaxis.get_transform()
     first, last = scale.transform([positions[0], positions[-1]])
     room = 0.06 * (last - first) or 1.0
@@ -130,9 +130,9 @@ def draw_rows(
     """A list of levels from the top: the seeds, and their mean with its 95% interval.
 
     Args:
-        ax: to draw on.
+        ax: the axes to draw on.
         rows: the levels.
-        lines: values to compare with, by name, such as the PID's.
+        lines: reference values by name, such as the PID's.
         shares: whether the numbers are shares, from 0 to 1.
     """
     for place, row in enumerate(rows):
@@ -191,7 +191,7 @@ def draw_map(
     """A map of two factors: the mean of each cell as a colour, and in text with its 95% interval.
 
     Args:
-        ax: to draw on.
+        ax: the axes to draw on.
         across: the name of the factor along x, and its levels.
         up: the name of the factor along y, and its levels.
         cells: [n], one number per seed, by the indices (up, across); at least one cell.
@@ -232,13 +232,13 @@ def finish(
 ) -> Axes:
     """Label the axis of the numbers, and fit its limits to the seeds and their intervals.
 
-    The interval of a few seeds that differ can be far wider than the data: it is cut off.
+    The interval of a few differing seeds can be far wider than the data, so it is cut off.
 
     Args:
-        ax: to finish.
-        what: label of the axis: what the numbers are.
+        ax: the axes to finish.
+        what: label of the axis.
         groups: the numbers of each level, one per seed, at least one.
-        along: the axis that they are on.
+        along: the axis of the numbers.
         others: other numbers that must be visible, such as a baseline's.
         shares: whether the numbers are shares, from 0 to 1, rather than return points.
     """
@@ -259,7 +259,7 @@ def finish(
 
 
 def _scale_of(positions: Sequence[float]) -> tuple[str, dict[str, float]]:
-    """Logarithmic if positions are far apart; by distance from 1 for γ and the decay of ε."""
+    """Logarithmic if positions are far apart, by distance from 1 for γ and the decay of ε."""
     greatest, least = positions[-1], min((p for p in positions if p > 0), default=1.0)
     if least > 0.5 and greatest < 1:
         return "function", {"functions": (_from_one, _to_one)}  # pyright: ignore[reportReturnType]
@@ -269,7 +269,7 @@ def _scale_of(positions: Sequence[float]) -> tuple[str, dict[str, float]]:
 
 
 def _from_one(x: FloatArray) -> FloatArray:
-    """Distance below 1 in powers of ten, rising with x."""
+    """Distance below 1 in powers of ten, increasing with x."""
     return -np.log10(np.maximum(1e-6, 1 - np.asarray(x, float)))
 
 

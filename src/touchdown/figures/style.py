@@ -1,4 +1,4 @@
-"""The look of all figures, and how they are written to files."""
+"""The style of all figures, and how they are written to files."""
 
 import functools
 from pathlib import Path
@@ -18,7 +18,7 @@ _DPI = 200  # twice matplotlib's, for sharp screens
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """An empty figure made without pyplot, which would keep it in memory.
+    """An empty figure, made without pyplot, which would keep it in memory.
 
     Args:
         width: inches.
@@ -42,7 +42,7 @@ def tidy(ax: Axes) -> Axes:
 
 
 def legend_above(ax: Axes) -> None:
-    """A legend of everything labelled, above the axes, in one line or two."""
+    """A legend of everything labelled, above the axes, in one or two lines."""
     handles, labels = ax.get_legend_handles_labels()
     count = max(len(handles), 1)
     ax.legend(
@@ -66,9 +66,9 @@ def title(figure: Figure, text: str) -> None:
 
 
 def save(figure: Figure, path: Path, *others: Path) -> None:
-    """Write a figure in the format of each path's suffix, whole or not at all, and clear it.
+    """Write a figure in the format of each path's suffix, completely or not at all, and clear it.
 
-    The same figure gives the same bytes: the file holds no date and no random ids.
+    The same figure gives the same bytes, as the file has no date and no random ids.
 
     Raises:
         UserError: a file cannot be written.

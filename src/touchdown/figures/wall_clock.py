@@ -1,4 +1,4 @@
-"""Returns over wall clock of several systems, with the range over their training seeds."""
+"""Returns over wall-clock time of several systems, with the range over their training seeds."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,8 +12,8 @@ from touchdown.figures import style
 from touchdown.lander.rules import SOLVED_RETURN
 
 Held = tuple[Sequence[float], Sequence[float]]
-"""Seconds at which a run took on a new policy, rising, and the mean returns of the policies; the
-last entry is the end of the run."""
+"""Seconds at which a run switched to a new policy, in increasing order, and mean returns of these
+policies; the last entry is the end of the run."""
 
 _COLOURS = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, style.RED, style.MUTED)
 _POINTS = 400
@@ -22,10 +22,10 @@ _POINTS = 400
 def range_over_seeds(
     runs: Sequence[Held],
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Seconds, from when all runs have a policy to the end of the last; mean, least and most.
+    """Seconds from when all runs have a policy to the end of the last; mean, minimum and maximum.
 
     Args:
-        runs: one per training seed. A policy is held until the next one; the last is kept.
+        runs: one per training seed. A policy counts until the next one, the last one to the end.
     """
     at = np.geomspace(max(s[0] for s, _ in runs), max(s[-1] for s, _ in runs), _POINTS)
     values = np.array(
@@ -37,11 +37,11 @@ def range_over_seeds(
 def draw_wall_clock(
     ax: Axes, systems: Mapping[str, Sequence[Held]], solved: float = SOLVED_RETURN
 ) -> Axes:
-    """Mean return of the held policy over seconds of training, shaded from least to most.
+    """Mean return of the current policy over seconds of training, shaded from minimum to maximum.
 
     Args:
-        ax: to draw on.
-        systems: runs by the system's name.
+        ax: the axes to draw on.
+        systems: runs by system name.
         solved: return that counts as solved.
     """
     ax.set_xscale("log")
@@ -52,10 +52,10 @@ def draw_wall_clock(
         ax.plot(at[-1:], mean[-1:], color=colour, marker="o", markersize=5)
     ax.axhline(solved, color=style.MUTED, linewidth=1, linestyle=(0, (4, 3)), zorder=1)
     ax.set_ylim(-400, 300)
-    ax.set_ylabel("test return, greedy")
+    ax.set_ylabel("test return (greedy)")
     counts = sorted({len(runs) for runs in systems.values()})
     seeds = " to ".join(map(str, counts[:1] + counts[1:][-1:]))
-    ax.set_xlabel(f"seconds of training; band: least to most of the seeds ({seeds})")
+    ax.set_xlabel(f"seconds of training; band: minimum to maximum over seeds ({seeds})")
     ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
     ax.xaxis.set_minor_locator(NullLocator())
     ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))

@@ -18,7 +18,7 @@ def engine_built() -> bool:
 
 
 def use_engine(engine: Engine) -> None:
-    """Choose the engine that simulates the lander; results are the same to the last bit.
+    """Select the engine that simulates the lander; results are the same to the last bit.
 
     Args:
         engine: `exact`, the engine in C++, or `gymnasium`, the stock environment.
@@ -46,7 +46,7 @@ def check_engine(engine: Engine) -> None:
 
 
 def engine_in_use() -> Engine:
-    """The engine chosen last; else the exact one, or stock with one warning if it was not built."""
+    """The selected engine; by default the exact one, or stock with a warning if it is not built."""
     if _chosen:
         return _chosen[-1]
     if not _built:

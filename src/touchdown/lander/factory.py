@@ -10,10 +10,10 @@ from touchdown.lander.rules import EXACT_ID, LANDER_IDS
 
 
 def make(*, engine: Engine | None = None, **settings: Any) -> gymnasium.Env[Any, Any]:
-    """One lander environment with the limit of 1000 steps.
+    """One lander environment with a time limit of 1000 steps.
 
     Args:
-        engine: `exact` or `gymnasium` (stock); by default `exact` where it was built. Both give
+        engine: `exact` or `gymnasium` (stock); by default `exact` if it was built. Both give
             the same results to the last bit.
         settings: stock's `continuous`, `gravity`, `enable_wind`, `wind_power`, `turbulence_power`,
             and `render_mode` for stock.
@@ -33,14 +33,14 @@ def make_vec(
     num_threads: int = 1,
     **settings: Any,
 ) -> VectorEnv[Any, Any, Any]:
-    """A vector environment of landers, each with the limit of 1000 steps.
+    """A vector environment of landers, each with a time limit of 1000 steps.
 
     Args:
         num_envs: N.
-        engine: as for `make`; stock environments are stepped one after the other.
-        autoreset_mode: Gymnasium's: when an environment whose episode ended is reset.
+        engine: as in `make`; stock environments are stepped one after the other.
+        autoreset_mode: Gymnasium's autoreset mode.
         num_threads: threads of the exact engine; results do not depend on it.
-        settings: as for `make`.
+        settings: as in `make`.
 
     Raises:
         UserError: there is no such engine, or the exact one was not built.

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 LANDER_IDS = ("LunarLander-v3",)
 EXACT_ID = "touchdown/LunarLander-v3"
 MAX_EPISODE_STEPS = 1_000  # Gymnasium's time limit of the lander
-SOLVED_RETURN = 200.0  # episode return from which Gymnasium calls the lander solved
+SOLVED_RETURN = 200.0  # episode return at which Gymnasium considers the lander solved
 OBSERVATION_SIZE = 8
 NUM_ACTIONS = 4
 MAIN_ENGINE_COST = 0.3  # return points per step, as in gymnasium's lunar_lander.py
@@ -16,7 +16,7 @@ IDLE, LEFT_ENGINE, MAIN_ENGINE, RIGHT_ENGINE = range(4)
 
 
 def is_lander(env_id: str) -> bool:
-    """Whether the id names the lander with discrete actions."""
+    """Whether the id is that of the lander with discrete actions."""
     return env_id in LANDER_IDS
 
 

@@ -27,11 +27,11 @@ _BEGIN = np.array([BEGIN], np.uint8)
 
 
 class LanderEnv(gymnasium.Env[FloatArray, Any]):
-    """LunarLander-v3 on the exact engine; Gymnasium's registration adds the limit of 1000 steps.
+    """LunarLander-v3 on the exact engine; Gymnasium's registration adds the time limit.
 
     Args:
         render_mode: must be None; films are made from recorded flights.
-        max_episode_steps: a limit without Gymnasium's wrapper; snapshots then hold the step count.
+        max_episode_steps: time limit without Gymnasium's wrapper, with the step count in snapshots.
         continuous: whether an action is a pair of throttles, [main engine, side engine].
         gravity: between -12 and 0, m/s².
         enable_wind: whether there is wind.
@@ -43,7 +43,7 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
     """
 
     helipad = HELIPAD
-    """x of the left and of the right flag, and the height of the pad, m."""
+    """x of the left flag, x of the right flag, and height of the pad, m."""
     metadata: dict[str, Any] = {"render_modes": [], "render_fps": FPS}  # noqa: RUF012 - as Gymnasium's
 
     def __init__(
@@ -119,7 +119,7 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
         return read_terrain(self._batch, 0)
 
     def coverage(self) -> dict[str, Any]:
-        """Counts of the rare paths that the physics took since the environment was made."""
+        """Counts of rare paths taken in the physics since the environment was made."""
         return self._batch.coverage()
 
     def snapshot(self) -> bytes:
@@ -136,7 +136,7 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
             raise ValueError("not a snapshot of a lander")
         _, steps = _SNAPSHOT.unpack_from(snapshot)
         if steps < 0:
-            raise ValueError(f"the snapshot is damaged: {steps} steps")
+            raise ValueError(f"the snapshot is damaged: it has {steps} steps")
         self._batch.restore(0, snapshot[_SNAPSHOT.size :])
         self._steps = steps
 
@@ -160,4 +160,4 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
 
     def _need_open(self) -> None:
         if self._closed:
-            raise ClosedEnvironmentError("the environment is closed: make a new one")
+            raise ClosedEnvironmentError("the environment is closed; make a new one")

@@ -38,15 +38,15 @@ class LanderStates(NamedTuple):
     angles: FloatArray
     """[N, 3]: radians, counter-clockwise."""
     velocities: FloatArray
-    """[N, 3, 2]: of the centres of mass, m/s."""
+    """[N, 3, 2]: velocities of the centres of mass, m/s."""
     angular_velocities: FloatArray
     """[N, 3]: rad/s."""
     leg_contacts: NDArray[np.bool_]
     """[N, 2]: whether the leg is on the ground, by stock's flag."""
     awake: NDArray[np.bool_]
-    """[N]: false once the lander is at rest."""
+    """[N]: False once the lander is at rest."""
     engine_powers: FloatArray
-    """[N, 2]: throttles of the main and of the side engine in the last step; the side engine's is
+    """[N, 2]: throttles of the main and the side engine in the last step; the side engine's is
     negative for stock's action 1 and positive for its action 3."""
     fuel: FloatArray
     """[N]: return points spent on the engines in this episode."""

@@ -46,12 +46,12 @@ class StepArrays(NamedTuple):
 
 
 class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
-    """N landers that behave as `SyncVectorEnv` of stock environments with a time limit does.
+    """N landers that behave like a `SyncVectorEnv` of stock environments with a time limit.
 
     Args:
         num_envs: N.
         max_episode_steps: the time limit, in steps.
-        autoreset_mode: Gymnasium's.
+        autoreset_mode: Gymnasium's autoreset mode.
         num_threads: threads that share the landers; results do not depend on it.
         render_mode: must be None; films are made from recorded flights.
         continuous: whether an action is a pair of throttles, [main engine, side engine].
@@ -122,11 +122,11 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[FloatArray, dict[str, Any]]:
-        """Start an episode in each environment, with the seeds seed, seed + 1, ...
+        """Start an episode in each environment, with seeds seed, seed + 1, ...
 
         Args:
             seed: the first seed, or one for each environment; None continues its random stream.
-            options: `reset_mask`, [N] booleans: only environments where it is true are reset.
+            options: `reset_mask`, [N] booleans: only environments with True are reset.
 
         Raises:
             ValueError: the number of seeds is not N, or the mask has another shape or type.
@@ -145,7 +145,7 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
     def step(
         self, actions: NDArray[Any], *, out: StepArrays | None = None
     ) -> tuple[FloatArray, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
-        """Step every environment; those whose episode ended are reset as the autoreset mode says.
+        """Step every environment; ended episodes are reset according to the autoreset mode.
 
         Args:
             actions: [N] integers, or [N, 2] throttles.
@@ -157,7 +157,7 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
         """
         self._need_open()
         if self.autoreset_mode == AutoresetMode.DISABLED and self._ended.any():
-            raise ValueError("environments that have ended must be reset before they are stepped")
+            raise ValueError("environments whose episode ended must be reset before a step")
         self._take(actions)
         arrays = StepArrays.empty(self.num_envs) if out is None else self._checked(out)
         observations, rewards, terminated, truncated = arrays
@@ -197,7 +197,7 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
         return read_terrain(self._batch, index)
 
     def coverage(self) -> dict[str, Any]:
-        """Counts of the rare paths that the physics took since the environments were made."""
+        """Counts of rare paths taken in the physics since the environments were made."""
         return self._batch.coverage()
 
     def snapshot(self, index: int) -> bytes:
@@ -222,7 +222,7 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
             raise ValueError("too short for a snapshot")
         steps, ended = np.frombuffer(clock, "<i8")
         if not 0 <= steps <= self._limit or ended not in (0, 1):
-            raise ValueError(f"the snapshot is damaged: {steps} steps of at most {self._limit}")
+            raise ValueError(f"the snapshot is damaged: {steps} of at most {self._limit} steps")
         self._batch.restore(index, snapshot[60:])
         self._steps[index] = steps
         self._ended[index] = bool(ended)
@@ -240,7 +240,7 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
 
     def _need_open(self) -> None:
         if self.closed:
-            raise ClosedEnvironmentError("the environment is closed: make a new one")
+            raise ClosedEnvironmentError("the environment is closed; make a new one")
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> Sequence[int | None]:
         if seed is None:
@@ -254,7 +254,7 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
             raise ValueError(f"seed has {len(seed)} entries, must have {self.num_envs}")
         for i, each in enumerate(cast(Sequence[Any], given)):
             if each is not None and not (isinstance(each, int | np.integer) and each >= 0):
-                raise ValueError(f"seed[{i}] = {each!r}: must be a whole number, 0 or more")
+                raise ValueError(f"seed[{i}] = {each!r}: must be a whole number, at least 0")
         return seed
 
     def _mask(self, options: dict[str, Any] | None) -> NDArray[np.bool_]:
@@ -269,7 +269,7 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
         return mask
 
     def _begin(self) -> None:
-        """Start an episode where the task is BEGIN, and reset the step count there."""
+        """Start an episode in environments with the task BEGIN, and reset their step counts."""
         unused = self._unused
         self._batch.step(
             self._actions, self._observations, unused.rewards, unused.terminated, self._tasks

@@ -1,1 +1,1 @@
-"""Policies, which act: baselines, saved weights and files of other libraries, looked up by name."""
+"""Policies: baselines, saved weights and files of other libraries, found by name."""

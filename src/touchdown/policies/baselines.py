@@ -33,11 +33,11 @@ class HeuristicPolicy:
 class RandomPolicy:
     """Pseudo-random actions, each a hash of the observation.
 
-    A generator would be shared by the episodes of a batch; with a hash, the flight from a start
-    does not depend on the other episodes.
+    A random generator would be shared by the episodes of a batch; with a hash, an episode does not
+    depend on the others.
 
     Args:
-        num_actions: to choose from.
+        num_actions: number of actions.
     """
 
     def __init__(self, num_actions: int) -> None:
@@ -50,17 +50,17 @@ class RandomPolicy:
 
 
 def shipped_pid(rule: Rule | None = None) -> PIDConfig:
-    """The shipped gains, tuned by `touchdown tune pid`, for a rule; by default the better one."""
+    """The shipped gains for a rule, tuned by `touchdown tune pid`; by default the better rule."""
     name = f"pid_{rule or 'signed'}.toml"
     with resources.as_file(resources.files("touchdown.control") / name) as path:
         return read_pid(path)
 
 
 def read_pid(path: Path) -> PIDConfig:
-    """Gains from a TOML file, such as `touchdown tune pid` writes.
+    """Gains from a TOML file, as written by `touchdown tune pid`.
 
     Raises:
-        UserError: it cannot be read, or a field is unknown or refused.
+        UserError: it cannot be read, or a field is unknown or invalid.
     """
     start = PIDConfig(
         rule="signed", kp_vertical=0, ki_vertical=0, kp_angle=0, kd_angle=0, dead_band=0

@@ -1,4 +1,4 @@
-"""What is known about a policy's weights: when they were taken, and how well they have done."""
+"""Facts about a policy's weights: their checkpoint and their returns."""
 
 import msgspec
 
@@ -12,13 +12,13 @@ class WeightsFacts(
     omit_defaults=True,
     rename={"env_steps": "observations"},
 ):
-    """What is kept with a policy's weights, as far as it is known."""
+    """Facts stored with a policy's weights, as far as known."""
 
     env_steps: Count | None = None
-    """Of training, when the weights were taken."""
+    """Environment steps of training at this checkpoint."""
     validation_return: float | None = None
-    """Mean return on the validation starts of the training."""
+    """Mean return on the validation starts during training."""
     final_validation_return: float | None = None
-    """Mean return on the fresh validation starts of the choice; None before it."""
+    """Mean return on the fresh validation starts of the final selection; None before it."""
     solved_seconds: Seconds | None = None
-    """Of training, until the policy was shown to solve its environment; None where it was not."""
+    """Seconds of training until the policy was shown to solve its environment; else None."""

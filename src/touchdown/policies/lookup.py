@@ -21,14 +21,14 @@ SHIPPED = resources.files("touchdown.policies") / "shipped"
 
 
 def load(name: str, env_id: str = "LunarLander-v3") -> NamedPolicy:
-    """A policy by its name, of any kind but a run's.
+    """A policy by its name, of any kind except a run.
 
     Args:
         name: `pid`, `heuristic`, `random`, a shipped policy, or the path of a file: `.safetensors`
             as a run writes, `.toml` with PID gains, an `.onnx` model, or a `.zip` saved by
             Stable-Baselines3.
-        env_id: the environment of `random`, of a `.zip`, and of an `.onnx` that names none; other
-            policies have their own.
+        env_id: the environment for `random`, a `.zip`, or an `.onnx` that does not name one; other
+            policies name theirs.
 
     Raises:
         UserError: there is no such policy, or its file is broken.
@@ -49,12 +49,12 @@ def load(name: str, env_id: str = "LunarLander-v3") -> NamedPolicy:
 
 
 def is_known(name: str) -> bool:
-    """Whether a name means a baseline or a file, and so cannot be a run."""
+    """Whether a name is that of a baseline or a file, and so cannot be a run."""
     return name in names.BASELINES or Path(name).suffix in names.POLICY_FILES
 
 
 def shipped(name: str) -> Traversable | None:
-    """The weights of a shipped policy; None if there is none of that name."""
+    """The weights of a shipped policy; None if there is none with that name."""
     weights = SHIPPED / f"{name}.safetensors"
     return weights if checks.is_plain_name(name) and weights.is_file() else None
 

@@ -1,4 +1,4 @@
-"""A policy with its name and the environment it is for."""
+"""A policy with its name and environment."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from touchdown.core.types import Policy
 
 @dataclass(frozen=True, slots=True)
 class NamedPolicy:
-    """A policy, its name, and the id of the environment that it is for."""
+    """A policy, its name, and the id of its environment."""
 
     name: str
     policy: Policy

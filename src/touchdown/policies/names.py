@@ -1,6 +1,6 @@
-"""Names and file suffixes that mean a policy, and so cannot name a run."""
+"""Names and file suffixes of policies, which cannot be names of runs."""
 
 BASELINES = ("pid", "heuristic", "random")
 """Policies that need no training."""
 POLICY_FILES = (".toml", ".safetensors", ".onnx", ".zip")
-"""Suffixes of files that hold a policy."""
+"""Suffixes of policy files."""

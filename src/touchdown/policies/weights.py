@@ -1,4 +1,4 @@
-"""A trained policy as one safetensors file, written and read; nothing is ever unpickled."""
+"""Writes and reads a trained policy as one safetensors file; nothing is unpickled."""
 
 import json
 from pathlib import Path
@@ -28,7 +28,7 @@ _KINDS = {"network": NetworkConfig, "table": TableConfig}  # of model, by the ke
 
 
 class _Metadata(msgspec.Struct, frozen=True):
-    """Texts in the file's header."""
+    """Metadata in the file's header."""
 
     env_id: str
     preset: str | None = None
@@ -47,15 +47,15 @@ def save_weights(
     facts: WeightsFacts,
     config: Config,
 ) -> None:
-    """Write a policy as one safetensors file, which needs no other file to be used again.
+    """Write a policy as one self-contained safetensors file.
 
     Args:
-        path: of the file.
+        path: the file.
         weights: named arrays.
-        policy: the greedy policy of these weights. It is asked for its network or table; a policy
-            without one can only be made again by its agent's code.
+        policy: the greedy policy of these weights. If it has a network or a table, the file
+            describes it; otherwise only the agent's code can recreate the policy.
         facts: numbers to store with the weights, such as the validation return.
-        config: of the run that trained them.
+        config: config of the run that trained them.
     """
     if isinstance(policy, Described):
         described = {name: json.dumps(value) for name, value in policy.describe().items()}
@@ -73,7 +73,7 @@ def save_weights(
 
 
 class Weights(NamedTuple):
-    """The contents of a file of `save_weights`."""
+    """The contents of a file from `save_weights`."""
 
     policy: Policy
     """Greedy."""
@@ -87,21 +87,21 @@ class Weights(NamedTuple):
 
 
 def load_weights(path: Path) -> NamedPolicy:
-    """A policy from a file of `save_weights`.
+    """A policy from a file that `save_weights` wrote.
 
     Raises:
-        UserError: it is cut off, of another version, or not a policy of ours.
+        UserError: it is truncated, of another version, or not a touchdown policy.
     """
     weights = read_weights(path)
     return NamedPolicy(path.stem, weights.policy, weights.env_id)
 
 
 def read_weights(path: Path) -> Weights:
-    """What a file of `save_weights` holds.
+    """The contents of a file from `save_weights`.
 
     Raises:
-        UserError: it is cut off, of another version, or not a policy of ours; or it names code that
-            the user did not name.
+        UserError: it is truncated, of another version, not a touchdown policy, or it names code
+            that the user did not name.
     """
     tensors, metadata = _read(path)
     where = f"{path}: not a policy's weights"
@@ -145,15 +145,15 @@ def _read_with_agent(tensors: Tensors, text: str, path: Path) -> Weights:
 
 
 def _check_sizes(config: NetworkConfig, tensors: Tensors) -> None:
-    """Refuse a network with more nodes than the file has numbers, before it is made."""
+    """Refuse a network with more nodes than the file has numbers, before creating it."""
     widest = max((tensor.size for tensor in tensors.values()), default=0)
     sizes = (*config.hidden_sizes, config.quantiles, config.atoms)
     if any(size > max(widest, 1) for size in sizes):
-        raise ValueError(f"it holds fewer weights than {config} has")
+        raise ValueError(f"it has fewer weights than {config}")
 
 
 def facts_of(path: Path) -> WeightsFacts:
-    """The facts that `save_weights` kept beside the weights.
+    """The facts that `save_weights` stored with the weights.
 
     Raises:
         UserError: the file is broken.
@@ -163,10 +163,10 @@ def facts_of(path: Path) -> WeightsFacts:
 
 
 def final_return_of(path: Path) -> float:
-    """The mean return of the weights that a run chose at its end, on fresh validation starts.
+    """The mean return of a run's selected weights on fresh validation starts.
 
     Raises:
-        UserError: the file is broken, or its weights were not chosen yet.
+        UserError: the file is broken, or its weights were not selected yet.
     """
     found = facts_of(path).final_validation_return
     if found is None:
@@ -178,7 +178,7 @@ def origin_of(path: Path) -> tuple[str, int]:
     """The preset and the training seed that a policy's weights come from.
 
     Raises:
-        UserError: the file is broken, or does not say.
+        UserError: the file is broken, or does not contain them.
     """
     _, metadata = _read(path)
     if metadata.preset is None:
@@ -193,6 +193,7 @@ def _read(path: Path) -> tuple[Tensors, _Metadata]:
     version = texts.get("format_version")
     if version != str(WEIGHTS_FORMAT_VERSION):
         raise UserError(
-            f"{path}: format_version = {version!r}: this touchdown reads {WEIGHTS_FORMAT_VERSION}"
+            f"{path}: format_version = {version!r}: must be {WEIGHTS_FORMAT_VERSION} "
+            "in this version of touchdown"
         )
     return tensors, records.convert(texts, _Metadata, f"{path}: not a policy's weights")

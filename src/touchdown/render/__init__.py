@@ -1,1 +1,1 @@
-"""Flights to films, posters and a live window."""
+"""Films, posters and a live window of flights."""

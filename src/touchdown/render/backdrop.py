@@ -122,7 +122,7 @@ def _add_moon(
     below = _blurred(surface, 1.6 * canvas.pixels_per_metre) - grid.ys[:, None]
     fall = np.exp(-np.clip(below, 0, None) / _GROUND_DEPTH)[..., None]
     light = 0.5 + 0.3 * _blurred(lit, 1.6 * canvas.pixels_per_metre)
-    fall *= np.clip((grid.ys + 0.2) / 0.8, 0, 1)[:, None, None]  # the dials need a dark ground
+    fall *= np.clip((grid.ys + 0.2) / 0.8, 0, 1)[:, None, None]  # the dials need a dark background
     ground = _GROUND_DEEP + (_GROUND_LIT - _GROUND_DEEP) * fall * light[:, None]
     ground *= _craters(grid, terrain, rng)[..., None]
     rim = np.exp(-np.clip(across, 0, None) / canvas.pixels(1.3)) * (0.25 + 0.5 * lit)
@@ -144,7 +144,7 @@ def _craters(grid: _Grid, terrain: Terrain, rng: np.random.Generator) -> FloatAr
         x, below = rng.uniform(0, WIDTH), 0.35 + 2.6 * rng.beta(1.1, 2.0)
         radius = rng.uniform(0.14, 0.34) * (1 + 0.35 * below)
         y = float(np.interp(x, terrain.xs, terrain.heights)) - below
-        if y - radius < 0:  # the dials are there
+        if y - radius < 0:  # where the dials are
             continue
         rows, columns = grid.around(x, y, 1.4 * radius, 1.4 * _FLATTENED * radius)
         across = (grid.xs[columns] - x) / radius
@@ -153,7 +153,7 @@ def _craters(grid: _Grid, terrain: Terrain, rng: np.random.Generator) -> FloatAr
         away = _SUN[0] * -across - _SUN[1] * up  # from the sun, in radii
         inside = np.clip((1 - distance) * 5, 0, 1)
         wall = np.exp(-(((distance - 1) / 0.14) ** 2))
-        # the wall towards the sun is in shadow, the wall away from it is lit
+        # a crater's wall towards the sun is in shadow, the opposite one is lit
         shade = inside * (0.16 * away - 0.2) + wall * 0.3 * np.clip(away, 0, 1)
         factors[rows, columns] *= 1 + shade * np.exp(-below / 2.4)
     return factors

@@ -1,4 +1,4 @@
-"""Drawing in metres on a picture in pixels, with smooth edges."""
+"""Draws in metres on a picture in pixels, with antialiasing."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -43,7 +43,7 @@ class Canvas:
         return x * self.pixels_per_metre, (HEIGHT - y) * self.pixels_per_metre
 
     def pixels(self, length: float) -> float:
-        """A length on the 600-pixel picture, such as a line's width, on this one."""
+        """Scale a length on the 600-pixel picture, such as a line width, to this one."""
         return length * self.scale
 
 
@@ -70,7 +70,7 @@ class Tile:
         self._draw.polygon([self._place(point) for point in points], (*colour, 255))
 
     def line(self, points: Iterable[Point], colour: Colour, width: float) -> None:
-        """Draw a line through points in metres, `width` pixels of the 600-pixel picture wide."""
+        """Draw a line through points in metres; `width` is in pixels of the 600-pixel picture."""
         pixels = self._canvas.pixels(width) * SUPERSAMPLING
         places = [self._place(point) for point in points]
         self._draw.line(places, (*colour, 255), round(pixels), "curve")
@@ -108,7 +108,7 @@ def _glow(side: int) -> Image.Image:
 
 
 def bounds(points: Sequence[Point], margin: float) -> tuple[Point, Point]:
-    """The corners of a box around points, with a margin, cut to what the picture shows; metres."""
+    """The corners of a box around points with a margin, clipped to the picture, in metres."""
     xs = [min(max(x, 0.0), WIDTH) for x, _ in points]
     ys = [min(max(y, -DASHBOARD), HEIGHT) for _, y in points]
     return (min(xs) - margin, min(ys) - margin), (max(xs) + margin, max(ys) + margin)

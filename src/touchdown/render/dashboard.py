@@ -22,7 +22,7 @@ _BRIGHT, _MUTED, _DARK = (240, 243, 250), (150, 156, 174), (62, 65, 78)
 _NIGHT = (9, 12, 28)
 _DIALS = (22, 92, 172, 246, 336, 426, 506)  # left edges on the 600-pixel picture
 _LAMPS = (
-    # triangles around the centre of the lamp, pointing the way the engine pushes
+    # triangles around the centre of the lamp that point in the direction of thrust
     (LEFT_ENGINE, -20, ((5, -5), (5, 5), (-5, 0)), PUFF[1]),
     (MAIN_ENGINE, 0, ((-6, 4), (6, 4), (0, -6)), FLAME[1]),
     (RIGHT_ENGINE, 20, ((-5, -5), (-5, 5), (5, 0)), PUFF[1]),
@@ -94,7 +94,7 @@ def draw_outcome(picture: Image.Image, canvas: Canvas, flight: Flight) -> None:
 
 
 def draw_verdict(picture: Image.Image, canvas: Canvas, flight: Flight) -> None:
-    """The outcome and the episode return, below the title, clear of the path."""
+    """The outcome and the episode return, below the title, where no path is."""
     draw = ImageDraw.Draw(picture)
     text, colour = flight.outcome.capitalize(), OUTCOME_COLOURS[flight.outcome]
     draw.text(_at(canvas, 16, 57), text, colour, font(canvas.pixels(24), bold=True))
@@ -103,7 +103,7 @@ def draw_verdict(picture: Image.Image, canvas: Canvas, flight: Flight) -> None:
 
 
 def draw_height_marker(picture: Image.Image, canvas: Canvas, x: float, y: float) -> None:
-    """Mark a lander above the picture: its x, and how far above the edge it is, in metres."""
+    """Mark a lander above the picture: its x, and its distance above the edge in metres."""
     column = min(max(canvas.pixel(x, 0)[0], canvas.pixels(40)), canvas.pixels(560))
     top = canvas.pixels(6)
     half, tall = canvas.pixels(6), canvas.pixels(8)
@@ -115,7 +115,7 @@ def draw_height_marker(picture: Image.Image, canvas: Canvas, x: float, y: float)
 
 
 def _at(canvas: Canvas, x: float, y: float) -> tuple[float, float]:
-    """A position on the 600-pixel picture, in pixels of this one."""
+    """Scale a position on the 600-pixel picture to pixels of this one."""
     return canvas.pixels(x), canvas.pixels(y)
 
 

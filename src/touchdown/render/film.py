@@ -28,8 +28,8 @@ HOLD_SECONDS = 1.2  # the last picture is held, so that the outcome can be read
 _SUFFIXES = (".gif", ".mp4")
 _GIF_FPS, _MP4_FPS = 25, 50
 _MP4_SCALE, _POSTER_SCALE = 1.5, 2.0  # 900 and 1200 pixels wide
-_COLOURS = 255  # of a GIF's 256; the last one stands for "as before"
-_SAMPLES = 12  # pictures of a film that its palette is made for
+_COLOURS = 255  # of a GIF's 256; the last one means "as before"
+_SAMPLES = 12  # pictures of a film that its palette is based on
 
 
 class Picture(NamedTuple):
@@ -40,7 +40,7 @@ class Picture(NamedTuple):
 
 
 def check_video_path(path: Path) -> None:
-    """Check before flying that a film can be written there.
+    """Check before the flight that a film can be written there.
 
     Raises:
         UserError: the suffix is neither .gif nor .mp4, or the folder is missing or not writable.
@@ -59,7 +59,7 @@ def write_video(flights: Flight | Sequence[Flight], path: Path) -> None:
     """Write flights, one after the other, as a film in real time.
 
     Args:
-        flights: one, or several of the same environment.
+        flights: one or several flights of the same environment.
         path: ends in .gif (25 pictures per second) or .mp4 (50).
 
     Raises:
@@ -78,9 +78,9 @@ def write_gif(
     """Write flights as an animated GIF that loops forever.
 
     Args:
-        flights: one, or several of the same environment.
-        path: of the file.
-        fps: at most this many pictures per second; steps between two pictures are left out.
+        flights: one or several flights of the same environment.
+        path: the file.
+        fps: maximum number of pictures per second; steps in between are skipped.
         scale: 1 is 600 pixels wide; no effect on an environment that draws its own frames.
 
     Raises:
@@ -116,9 +116,9 @@ def write_mp4(flights: Flight | Sequence[Flight], path: Path, fps: int = _MP4_FP
     """Write flights as an H.264 film that every browser plays.
 
     Args:
-        flights: one, or several of the same environment.
-        path: of the file.
-        fps: at most this many pictures per second; steps between two pictures are left out.
+        flights: one or several flights of the same environment.
+        path: the file.
+        fps: maximum number of pictures per second; steps in between are skipped.
 
     Raises:
         UserError: the file cannot be written.
@@ -133,8 +133,8 @@ def pictures(flight: Flight, fps: int = _GIF_FPS, scale: float = 1.0) -> Iterato
     """The pictures of a film of one flight, in real time; the last one is held.
 
     Args:
-        flight: to show.
-        fps: at most this many pictures per second.
+        flight: the flight to show.
+        fps: maximum number of pictures per second.
         scale: 1 is 600 pixels wide; no effect on an environment that draws its own frames.
     """
     stride = _stride(flight, fps)
@@ -148,7 +148,7 @@ def poster(flight: Flight, scale: float = _POSTER_SCALE) -> Image.Image:
     """A flight in one picture: the path, ghosts of the lander every half second, and the end.
 
     Args:
-        flight: to show; of an environment other than the lander, the poster is its last frame.
+        flight: the flight to show; for environments other than the lander, its last frame is shown.
         scale: 1 is 600 pixels wide.
     """
     if flight.frames is not None:
@@ -157,13 +157,13 @@ def poster(flight: Flight, scale: float = _POSTER_SCALE) -> Image.Image:
 
 
 def show_window(env_id: str, policy: Policy, seed: int, name: str) -> Flight:
-    """Fly one episode in Gymnasium's own window.
+    """Show one episode live in Gymnasium's window.
 
     Args:
-        env_id: Gymnasium's id.
+        env_id: Gymnasium id.
         policy: chooses the actions.
         seed: environment seed of the start.
-        name: what to call the policy.
+        name: name of the policy.
 
     Raises:
         UserError: there is no display, or the environment cannot be made.
@@ -179,10 +179,10 @@ def show_window(env_id: str, policy: Policy, seed: int, name: str) -> Flight:
 
 
 def _check_display() -> None:
-    # Gymnasium has to come first, to keep pygame from printing a greeting
+    # Gymnasium must be imported first, to keep pygame from printing a greeting
     import pygame  # noqa: PLC0415 - only a window needs it
 
-    none_here = UserError("window: there is no display here; write a .gif or .mp4 instead")
+    none_here = UserError("out = window: there is no display; write a .gif or .mp4 instead")
     chosen = "SDL_VIDEODRIVER" in os.environ
     servers = "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ
     if sys.platform == "linux" and not (chosen or servers):
@@ -191,7 +191,7 @@ def _check_display() -> None:
         pygame.display.init()
     except pygame.error:
         raise none_here from None
-    # SDL falls back on this driver rather than fail
+    # SDL falls back to this driver instead of failing
     if pygame.display.get_driver() == "offscreen" and not chosen:
         pygame.display.quit()
         raise none_here
@@ -226,8 +226,8 @@ def _samples(flight: Flight) -> Iterator[Image.Image]:
 def _palette(images: Iterable[Image.Image]) -> Image.Image:
     """A picture whose palette fits all images.
 
-    A colour's weight is not its area, which the sky would win: it grows with the root of the area
-    and with how colourful it is, so that flames, flags and letters get their share.
+    A colour's weight is not its area, or the sky would dominate: it grows with the root of the area
+    and with the saturation, so that flames, flags and letters are represented.
     """
     pixels = np.concatenate([np.asarray(image).reshape(-1, 3) for image in images])
     codes = pixels.astype(np.uint32) @ np.array([1 << 16, 1 << 8, 1], np.uint32)
@@ -268,7 +268,7 @@ def _encode(path: Path, film: Iterator[Picture], rate: Fraction) -> None:
         # an environment's own frames may have odd sides, which this pixel format does not allow
         *("-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-movflags", "+faststart", str(path)),
     ]
-    # in its own process session, so that Ctrl-C stops us without killing a half-written film
+    # in a separate session, so that Ctrl-C stops us without killing a half-written film
     with subprocess.Popen(  # noqa: S603
         command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
     ) as ffmpeg:

@@ -24,7 +24,7 @@ class Scene:
     """Draws a recorded flight of the lander.
 
     Args:
-        flight: of the lander.
+        flight: a flight of the lander.
         scale: 1 is 600 pixels wide.
     """
 
@@ -46,8 +46,8 @@ class Scene:
         Args:
             step: 0 to T.
             since: step of the previous picture, so that engine burns between the two are shown;
-                the previous step if None.
-            outcome: write the outcome over the picture.
+                None means the previous step.
+            outcome: whether to write the outcome on the picture.
         """
         engines = self._engines(max(step - 1, 0) if since is None else since, step)
         picture = self._still.copy()
@@ -76,7 +76,7 @@ class Scene:
         return picture
 
     def ghosts(self) -> list[int]:
-        """Steps half a second apart, rising, at which the lander does not overlap a later ghost."""
+        """Steps half a second apart, in increasing order, at which ghosts do not overlap."""
         apart = [self.flight.steps]
         stride = round(_GHOST_SECONDS * self.flight.steps_per_second)
         for step in range(self.flight.steps - stride, -1, -stride):

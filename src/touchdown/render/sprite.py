@@ -1,4 +1,4 @@
-"""The lander as it is drawn: hull, legs and the flames of its engines."""
+"""Draws the lander: hull, legs and the flames of its engines."""
 
 from collections.abc import Collection, Sequence
 from math import cos, sin
@@ -63,7 +63,7 @@ def lander_tile(
         canvas: the scale of the picture.
         bodies: [3, 3]: hull, leg, leg, each x, y in metres and angle in radians.
         engines: actions whose engines are firing.
-        flicker: number of the step, which varies the length of the flames.
+        flicker: step number, which varies the length of the flames.
         clearance: metres from the centre of the hull to the ground, where the main flame ends.
     """
     hull, *legs = ((float(x), float(y), float(angle)) for x, y, angle in bodies)
@@ -73,7 +73,7 @@ def lander_tile(
     flaring = 0.86 + 0.14 * sin(2.4 * flicker) * cos(0.9 * flicker)
     main, side = _MAIN_LENGTH * flaring, _SIDE_LENGTH * flaring
     main = min(main, max(clearance * stock.SCALE - 12, 8))
-    # an engine is named after the direction it pushes: the left one blows to the right
+    # an engine is named after its direction of thrust: the flame of the left one points right
     plumes = {
         MAIN_ENGINE: _Plume((0, -13), (0, -1), main, 5.6, FLAME),
         LEFT_ENGINE: _Plume((15, 14), (1, 0), side, 3.4, PUFF),
@@ -102,7 +102,7 @@ def lander_tile(
 
 
 def nozzle(bodies: NDArray[np.float32]) -> Point:
-    """Where the main engine's flame begins, in metres; `bodies` as for `lander_tile`."""
+    """Start of the main engine's flame in metres; `bodies` as in `lander_tile`."""
     x, y, angle = (float(value) for value in bodies[0])
     return _to_scene((x, y, angle), [(0, -22)])[0]
 

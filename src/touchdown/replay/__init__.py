@@ -1,1 +1,1 @@
-"""Experience replay: n-step transitions, a ring that stores them, and samplers that draw them."""
+"""Experience replay: n-step transitions, a ring buffer, and samplers."""

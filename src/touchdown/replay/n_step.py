@@ -19,8 +19,8 @@ class NStep:
     Args:
         n: steps, at least 1.
         gamma: γ.
-        needs_next_action: whether a transition includes the action after its last step, which
-            completes it one step later (SARSA's a′).
+        needs_next_action: whether a transition includes the action after its last step (SARSA's
+            a′), so that it is complete one step later.
 
     Raises:
         ValueError: n is less than 1.
@@ -51,7 +51,7 @@ class NStep:
             The transitions that this step completes, oldest first.
         """
         if self._n > 1 or self._needs_next_action:
-            # they are kept beyond this call, and the caller may overwrite its arrays
+            # copies, because the caller may overwrite its arrays after this call
             o_tm1, o_t = o_tm1.copy(), o_t.copy()
         complete: list[Transition] = []
         if self._needs_next_action and len(self._steps) == self._n:
@@ -65,13 +65,13 @@ class NStep:
         return complete
 
     def truncate(self, a_t: int = 0) -> list[Transition]:
-        """End an episode that was truncated after the newest step.
+        """End an episode that was truncated after the latest step.
 
         Args:
             a_t: the action that would have been taken next; used only with `needs_next_action`.
 
         Returns:
-            The transitions that were still incomplete, oldest first; they all bootstrap.
+            The incomplete transitions, oldest first; they all bootstrap.
         """
         return self._drain(terminated=False, a_t=a_t)
 

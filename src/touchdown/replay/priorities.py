@@ -1,4 +1,4 @@
-"""Proportional prioritization: transitions drawn in proportion to their last TD errors."""
+"""Proportional prioritisation: samples transitions in proportion to their last TD errors."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,51 +11,51 @@ from numpy.typing import NDArray
 from touchdown.core.types import FloatArray, IntArray, Tensors
 from touchdown.replay.sum_tree import SumTree
 
-_SMALLEST = 1e-6  # added to |δ|, so that a transition with no error can still be drawn
+_SMALLEST = 1e-6  # added to |δ|, so that transitions without error can still be sampled
 
 
 @dataclass(frozen=True, slots=True)
 class Proportional:
-    """Settings of prioritized replay, proportional variant (Schaul et al., 2016)."""
+    """Settings of prioritised replay, proportional variant (Schaul et al., 2016)."""
 
     alpha: float
-    """Exponent of the priorities."""
+    """Priority exponent."""
     beta: float
     """Initial exponent of the importance-sampling weights."""
     beta_duration: int
-    """Batches over which that exponent rises linearly to 1."""
+    """Number of batches over which beta increases linearly to 1."""
 
 
 class Priorities:
-    """pᵢ = (|δᵢ| + ε)^α, and batches drawn in proportion to pᵢ.
+    """Priorities pᵢ = (|δᵢ| + ε)^α, and batches sampled in proportion to them.
 
     Args:
         config: the exponents.
-        capacity: of the replay memory.
+        capacity: capacity of the replay memory.
     """
 
     def __init__(self, config: Proportional, capacity: int) -> None:
         self._config = config
         self._tree = SumTree(capacity)
-        self._max_priority: float = 1.0  # given to transitions that were never drawn
+        self._max_priority: float = 1.0  # for transitions that were never sampled
         self._num_batches: float = 0
 
     def add(self, index: int) -> None:
-        """A new transition is stored at this index: give it the highest priority so far."""
+        """Give the new transition at this index the highest priority so far."""
         self._tree.set_one(index, self._max_priority)
 
     def sample(
         self, batch_size: int, num_held: int, rng: Generator
     ) -> tuple[IntArray, NDArray[np.float32]]:
-        """Draw a batch, one from each of B equal parts of the sum of priorities.
+        """Sample a batch, one transition from each of B equal parts of the total priority.
 
         Args:
             batch_size: B.
             num_held: transitions in the memory.
-            rng: draws.
+            rng: random generator.
 
         Returns:
-            Indices [B] and importance-sampling weights [B], the greatest of them 1.
+            Indices [B] and importance-sampling weights [B], normalised to a maximum of 1.
 
         Raises:
             ValueError: the memory is empty.
@@ -63,7 +63,7 @@ class Priorities:
         if num_held == 0:
             raise ValueError("the memory is empty")
         total = self._tree.total
-        # stratified: less variance than B independent draws
+        # stratified, with less variance than B independent draws
         sums = (np.arange(batch_size) + rng.random(batch_size)) * (total / batch_size)
         indices = self._tree.find(sums)
         config = self._config
@@ -73,20 +73,20 @@ class Priorities:
         return indices, (weights / weights.max()).astype(np.float32)
 
     def update(self, indices: IntArray, td_error: FloatArray) -> None:
-        """Set the priorities of some transitions by their TD errors: [B] each."""
+        """Update the priorities of some transitions with their TD errors, [B] each."""
         priorities = (np.abs(td_error) + _SMALLEST) ** self._config.alpha
         self._max_priority = max(self._max_priority, float(priorities.max()))
         self._tree.set(indices, priorities)
 
     def tensors(self, num_held: int) -> Tensors:
-        """All state by name, for a checkpoint; priorities of the first `num_held` places."""
+        """All state by name, for a checkpoint; priorities of the first `num_held` transitions."""
         return {
             "priority": self._tree.values[:num_held].copy(),
             "priority_state": np.array([self._max_priority, self._num_batches]),
         }
 
     def restore(self, tensors: Mapping[str, NDArray[Any]], num_held: int) -> None:
-        """Set the state to what `tensors` returned for as many places.
+        """Restore the state that `tensors` returned for the same number of transitions.
 
         Raises:
             KeyError: something is missing.

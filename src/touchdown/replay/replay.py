@@ -1,4 +1,4 @@
-"""The replay memory: it stores transitions, rewarded ones repeatedly, and draws batches."""
+"""The replay memory, which re-saves rewarded transitions and samples batches."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -14,32 +14,32 @@ from touchdown.replay.transition import Transition, transition_dtype
 
 
 class Shares(NamedTuple):
-    """Shares of the transitions held, from 0 to 1."""
+    """Fractions of the stored transitions, from 0 to 1."""
 
     rewarded: float
     terminal: float
 
 
 class Sample(NamedTuple):
-    """A batch of transitions drawn from the memory."""
+    """A batch of transitions sampled from the memory."""
 
     records: RecordArray
-    """[B], of `transition_dtype`."""
+    """[B], records of `transition_dtype`."""
     indices: IntArray
-    """[B], their places in the memory."""
+    """[B], their indices in the memory."""
     weights: NDArray[np.float32] | None
-    """[B], importance-sampling weights; None where transitions are drawn uniformly."""
+    """[B], importance-sampling weights; None for uniform sampling."""
 
 
 class Replay:
-    """The paper's replay memory: a FIFO queue (Algorithm 2) with re-saved rewards (section 7).
+    """The paper's replay memory: a FIFO queue (Algorithm 2) with preferential re-saves (section 7).
 
     Args:
-        capacity: transitions; every copy counts.
+        capacity: number of transitions, including copies.
         observation_size: D, the length of an observation.
-        resaves: τ, how many more times a rewarded transition is stored (τ + 1 copies in all).
-        resave_threshold: a transition is rewarded when its reward is above this.
-        priorities: prioritization by TD error; None draws uniformly.
+        resaves: τ, extra copies stored of a rewarded transition (τ + 1 copies in total).
+        resave_threshold: a transition counts as rewarded if its reward exceeds this.
+        priorities: prioritisation by TD error; None samples uniformly.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class Replay:
             self._ring.append(transition)
 
     def sample(self, batch_size: int, rng: Generator) -> Sample:
-        """Draw transitions with replacement: uniformly, or in proportion to their priorities.
+        """Sample transitions with replacement, uniformly or in proportion to their priorities.
 
         Raises:
             ValueError: the memory is empty.
@@ -84,11 +84,11 @@ class Replay:
         return Sample(self._ring.records.take(indices), indices, weights)  # faster than [...]
 
     def update_priorities(self, indices: IntArray, td_error: FloatArray) -> None:
-        """Set the priorities of a sample by its new TD errors; does nothing in a uniform memory.
+        """Update the priorities of a sample with its new TD errors; no effect in a uniform memory.
 
         Args:
-            indices: [B], of the sample.
-            td_error: [B].
+            indices: indices of the sample, [B].
+            td_error: TD errors, [B].
         """
         if self._priorities is not None:
             self._priorities.update(indices, td_error)
@@ -102,11 +102,11 @@ class Replay:
         return tensors
 
     def restore(self, tensors: Mapping[str, NDArray[Any]], added: int) -> None:
-        """Set the contents to what `tensors` returned.
+        """Restore the contents that `tensors` returned.
 
         Args:
-            tensors: of a memory with the same settings.
-            added: how many transitions had been added to it, including those overwritten since.
+            tensors: tensors of a memory with the same settings.
+            added: number of transitions ever added to it, including overwritten ones.
 
         Raises:
             KeyError: something is missing.
@@ -120,7 +120,7 @@ class Replay:
             self._priorities.restore(tensors, len(records))
 
     def shares(self) -> Shares:
-        """The rewarded and the terminal share of the transitions held (0 when empty)."""
+        """The rewarded and the terminal fraction of the stored transitions (0 if empty)."""
         if not len(self):
             return Shares(0.0, 0.0)
         records = self._ring.records

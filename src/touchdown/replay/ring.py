@@ -1,4 +1,4 @@
-"""A first-in, first-out store of records."""
+"""A ring buffer: a first-in, first-out store of records."""
 
 from typing import Any
 
@@ -11,8 +11,8 @@ class Ring:
     """Keeps the newest `capacity` records of one dtype; a new record overwrites the oldest.
 
     Args:
-        capacity: records, at least 1.
-        dtype: of one record.
+        capacity: number of records, at least 1.
+        dtype: dtype of a record.
 
     Raises:
         ValueError: the capacity is less than 1.
@@ -29,17 +29,17 @@ class Ring:
 
     @property
     def capacity(self) -> int:
-        """The most records it can hold."""
+        """Largest number of records."""
         return len(self._records)
 
     @property
     def added(self) -> int:
-        """Records ever appended, including those overwritten since."""
+        """Number of records ever appended, including overwritten ones."""
         return self._added
 
     @property
     def records(self) -> RecordArray:
-        """The records held, in storage order, not by age (a view)."""
+        """The stored records, in storage order, not by age (a view)."""
         return self._records[: len(self)]
 
     def append(self, record: tuple[Any, ...]) -> None:
@@ -48,16 +48,16 @@ class Ring:
         self._added += 1
 
     def restore(self, records: RecordArray, added: int) -> None:
-        """Copy in the `records` and the count `added` of another ring.
+        """Copy the `records` and the count `added` of another ring.
 
         Raises:
             ValueError: the dtype, the capacity or the count does not fit.
         """
         if records.dtype != self._records.dtype:
-            raise ValueError(f"records are {records.dtype}, the memory keeps {self._records.dtype}")
+            raise ValueError(f"records are {records.dtype}, must be {self._records.dtype}")
         if len(records) != min(added, len(self._records)):
             raise ValueError(
-                f"{len(records)} records of {added} added do not fill a memory of {self.capacity}"
+                f"{len(records)} records, {added} added: do not fit a capacity of {self.capacity}"
             )
         self._records[: len(records)] = records
         self._added = added

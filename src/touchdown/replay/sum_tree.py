@@ -1,4 +1,4 @@
-"""A sum tree: numbers that can be changed, and drawn in proportion to their size, in log time."""
+"""A sum tree: changes numbers, and samples in proportion to their size, in logarithmic time."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,13 +7,13 @@ from touchdown.core.types import FloatArray, IntArray
 
 
 class SumTree:
-    """A full binary tree: the leaves are the numbers, every inner node is the sum of its children.
+    """A full binary tree whose leaves are the numbers; every inner node is the sum of its children.
 
-    When a number changes, every node above it is summed anew from its children, so rounding errors
+    When a number changes, every node above it is recomputed from its children, so rounding errors
     never accumulate.
 
     Args:
-        size: how many numbers, at least 1; all are 0 at first.
+        size: number of numbers, at least 1; all are initially 0.
 
     Raises:
         ValueError: the size is less than 1.
@@ -38,11 +38,11 @@ class SumTree:
         return self._nodes[self._first_leaf : self._first_leaf + self._size]
 
     def set(self, indices: IntArray, values: FloatArray) -> None:
-        """Change some numbers; where an index is repeated, its last value counts.
+        """Change some numbers; if an index is repeated, its last value counts.
 
         Args:
             indices: [n], from 0.
-            values: [n], 0 or more.
+            values: [n], at least 0.
         """
         if not len(indices):
             return
@@ -66,7 +66,7 @@ class SumTree:
         """For each sum, the index at which the cumulative sum first exceeds it: [n] to [n].
 
         Args:
-            sums: from 0, less than `total`.
+            sums: numbers from 0 to below `total`, [n].
         """
         nodes = self._nodes
         places = np.ones(len(sums), np.int64)

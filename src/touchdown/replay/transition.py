@@ -1,4 +1,4 @@
-"""A transition, as a value and as a packed record in a replay memory."""
+"""A transition, as a value and as a packed record in the replay memory."""
 
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ class Transition(NamedTuple):
     a_tm1: int
     r_t: float
     discount_t: float
-    """γⁿ, or 0 where the episode terminated."""
+    """γⁿ, or 0 if the episode terminated."""
     terminated: bool
     a_t: int
     """The next action, if the TD target needs it; else 0."""
@@ -26,8 +26,8 @@ class Transition(NamedTuple):
 def transition_dtype(observation_size: int) -> np.dtype[np.void]:
     """The dtype of a packed transition: 4-byte fields only, so a batch is one gather and one copy.
 
-    `terminated` is stored beside `discount_t` because with γ = 0 every discount is zero; `a_t`, the
-    next action, is set only where the TD target needs it.
+    `terminated` is stored in addition to `discount_t` because with γ = 0 every discount is zero;
+    `a_t`, the next action, is set only if the TD target needs it.
     """
     return np.dtype(
         [

@@ -1,1 +1,1 @@
-"""Records to one page that anyone can open."""
+"""Turns records into a page that any browser can open."""

@@ -1,4 +1,4 @@
-"""The section on flights like the PID's: distances between paths from the same starts."""
+"""The section on similarity to the PID's flights: distances between paths from the same starts."""
 
 from collections.abc import Sequence
 
@@ -20,14 +20,14 @@ def alike_section(
     distances: AgentDistances,
     decisions: Sequence[Decision],
 ) -> Section:
-    """The section on how near the agent's flights are to the PID's.
+    """The section on how close the agent's flights are to the PID's.
 
     Args:
-        builder: of the page.
-        topic: the paper's.
-        title: of the section.
-        distances: of the best agent.
-        decisions: on the topic's claims.
+        builder: builder of the page.
+        topic: the topic of the paper.
+        title: title of the section.
+        distances: distances of the best agent.
+        decisions: decisions on the topic's claims.
     """
     stem = builder.figures / topic.name
     labels = ("to the PID", "to another seed", "to random")
@@ -49,16 +49,16 @@ def alike_section(
     return Section(
         id=topic.name,
         title=title,
-        lead=f"{topic.question} The distance between two flights is the mean over time of that "
-        "between the two landers at the same step; a lander that is down stays where it is.",
+        lead=f"{topic.question} The distance between two flights is the mean over time of the "
+        "distance between the two landers at the same step; a lander stays where it ended.",
         claims=tables.claim_rows(decisions),
         pictures=(
             Picture(
                 stem.with_suffix(".svg"),
                 stem.with_suffix(".png"),
                 "Distances of the agent's flights to the PID's, to other seeds' and to random ones",
-                "Mean distance to flights from the same starts, a dot a training seed of the best "
-                "agent; mean with its 95% interval.",
+                "Mean distance to flights from the same starts; each dot is a training seed of the "
+                "best agent; mean with its 95% interval.",
             ),
         ),
         films=(),

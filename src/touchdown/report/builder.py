@@ -15,16 +15,16 @@ from touchdown.studies.metrics import METRICS, is_share
 from touchdown.studies.results import StudyResults
 
 _FIGURES = "figures"
-# a page has a film in each section: a third of the bytes of a film by itself
+# a page has a film per section, so each is a third of the size of a single film
 _FILM_FPS, _FILM_SCALE = 12, 0.6
 
 
 class Builder:
-    """Draws figures and films into a folder as sections ask for them.
+    """Draws the figures and films of sections into a folder.
 
     Args:
         out: the page's folder.
-        linked: whether the page lies beside the runs, and links to them.
+        linked: whether the page is in the results folder and links to the runs.
         on_step: called with the name of each section.
     """
 
@@ -51,11 +51,11 @@ class Builder:
 
         Args:
             name: the section's id, and the stem of its files.
-            title: the section's.
-            lead: its first sentences.
-            results: of a study with at least one finished run.
-            metric: what is shown and compared.
-            decisions: on claims.
+            title: title of the section.
+            lead: first sentences of the section.
+            results: results of a study with at least one finished run.
+            metric: metric that is shown and compared.
+            decisions: decisions on claims.
             lines: numbers to compare with, by name.
         """
         self._on_step(name)
@@ -80,22 +80,22 @@ class Builder:
         )
 
     def _film_of_best(self, results: StudyResults, name: str, metric: str) -> tuple[Film, ...]:
-        """The median flight of the run with the most of what the section is about."""
+        """The median flight of the run with the highest value of the section's metric."""
         best = max(results.runs, key=lambda run: getattr(run, metric))
         who = f"{' · '.join(best.labels)}, seed {best.seed}"
         return self.film(best.folder, name, who, METRICS[metric])
 
     def film(self, folder: RunFolder, name: str, who: str, most: str) -> tuple[Film, ...]:
-        """A film of a recorded flight from the test start of the median return.
+        """A film of the recorded flight with the median test return.
 
         Args:
-            folder: holds the recorded flights.
-            name: of the file.
-            who: names the policy.
-            most: what it has more of than the others of its section.
+            folder: folder with the recorded flights.
+            name: name of the file.
+            who: name of the policy.
+            most: metric in which it has the highest value of its section.
 
         Returns:
-            The film; none where no flight is recorded.
+            The film; empty if no flight is recorded.
 
         Raises:
             UserError: the recorded flights are broken, or the film cannot be written.
@@ -110,8 +110,8 @@ class Builder:
             Film(
                 path,
                 f"{who}: {flight.outcome} after {flight.steps} steps",
-                f"{who}, the one with the greatest {most}, from the test start of its median "
-                f"return, {flight.seed}: {flight.outcome}, return {flight.episode_return:.0f}.",
+                f"{who}, which has the highest {most}. Its median test flight, from start "
+                f"{flight.seed}: {flight.outcome}, return {flight.episode_return:.0f}.",
             ),
         )
 

@@ -1,4 +1,4 @@
-"""Any finished runs on one page, grouped by settings: seeds of one setting are one level."""
+"""Compares finished runs on one page, grouped by settings; seeds of one setting form a level."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ def write_comparison(runs: Sequence[Run], out: Path) -> Path:
     """Write the page into a folder.
 
     Args:
-        runs: finished, at least one; the settings of the first are the base.
+        runs: finished runs, at least one; the settings of the first are the baseline.
         out: folder for the page and its pictures.
 
     Returns:
@@ -33,11 +33,11 @@ def write_comparison(runs: Sequence[Run], out: Path) -> Path:
         UserError: a run is not finished, its files are broken, or something cannot be written.
     """
     if not runs:
-        raise UserError("names: must be at least one run")
+        raise UserError("names = (): must be at least one run")
     for run in runs:
         if run.evaluation is None:
             raise UserError(
-                f"run {run.name!r}: has no test episodes; it must be finished, with test_episodes"
+                f"run {run.name!r}: has no test episodes; must be finished and have test_episodes"
             )
     groups: dict[str, list[Run]] = {}
     for run in {run.path.resolve(): run for run in runs}.values():
@@ -72,7 +72,7 @@ def write_comparison(runs: Sequence[Run], out: Path) -> Path:
 
 
 def _settings_of(config: Config) -> dict[str, Any]:
-    """All settings, without the preset: its name may be one that only that run knows."""
+    """All settings without the preset, whose name may be unknown here."""
     return {name: value for name, value in toml.to_dict(config).items() if name != "preset"}
 
 
@@ -98,7 +98,7 @@ def _flat(config: Config) -> dict[str, Any]:
 
 
 def _labels(runs: Sequence[Run]) -> list[str]:
-    """A name for each group: its preset, with the differing settings where presets are equal."""
+    """A name for each group: its preset, with the differing settings if presets are equal."""
     presets = [run.config.preset for run in runs]
     if len(set(presets)) == len(presets):
         return presets
@@ -115,5 +115,5 @@ def _labels(runs: Sequence[Run]) -> list[str]:
 def _settings_section(labels: Sequence[str], runs: Sequence[Run]) -> Section:
     differing = _differing(runs)
     rows = tuple((name, *map(str, values)) for name, values in differing.items())
-    table = Table("Settings in which they differ.", ("setting", *labels), rows)
+    table = Table("Settings that differ between the runs.", ("setting", *labels), rows)
     return Section(id="settings", title="Settings", tables=(table,) if rows else ())

@@ -1,4 +1,4 @@
-"""Pictures as `data:` addresses, which a page carries with it."""
+"""Pictures as `data:` URLs, embedded in a page."""
 
 import io
 from base64 import b64encode
@@ -11,17 +11,17 @@ from touchdown.core.errors import UserError, one_line
 
 
 class Moving(NamedTuple):
-    """A film in two addresses, and its size in pixels."""
+    """A film as two `data:` URLs, and its size in pixels."""
 
     film: str
     still: str
-    """Its last frame: where it ended."""
+    """Its last frame."""
     width: int
     height: int
 
 
 def data_url(path: Path, media_type: str) -> str:
-    """A file as an address that holds it.
+    """A file as a `data:` URL.
 
     Raises:
         UserError: it cannot be read.
@@ -30,10 +30,10 @@ def data_url(path: Path, media_type: str) -> str:
 
 
 def film_and_still(gif: Path) -> Moving:
-    """An animation, and its last frame for whoever wants less motion.
+    """An animation, and its last frame for readers who prefer less motion.
 
     Raises:
-        UserError: the file cannot be read, or is no picture.
+        UserError: the file cannot be read, or is not a picture.
     """
     data = _read(gif)
     still = io.BytesIO()
@@ -43,7 +43,7 @@ def film_and_still(gif: Path) -> Moving:
             film.convert("RGB").quantize(256).save(still, "PNG", optimize=True)
             width, height = film.size
     except (OSError, EOFError, ValueError) as error:
-        raise UserError(f"{gif}: not a whole GIF: {one_line(error)}") from None
+        raise UserError(f"{gif}: not a complete GIF: {one_line(error)}") from None
     return Moving(
         _address(data, "image/gif"), _address(still.getvalue(), "image/png"), width, height
     )

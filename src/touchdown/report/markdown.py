@@ -1,4 +1,4 @@
-"""A page's verdicts and figures as Markdown, for where HTML is not shown."""
+"""A page's verdicts and figures as Markdown, for viewers without HTML."""
 
 import os
 from pathlib import Path
@@ -7,17 +7,17 @@ from touchdown.report.page import Page, Section
 
 
 def summary_of(page: Page, out: Path, page_name: str) -> str:
-    """The page in short: a table of its claims, and its figures.
+    """A summary of the page: a table of its claims, and its figures.
 
     Args:
-        page: with pictures that are written.
-        out: folder that the text is for; its pictures are linked from there.
+        page: a page whose pictures are on disk.
+        out: folder of the text, from which the pictures are linked.
         page_name: the HTML page's file name in that folder.
     """
     parts = [
         f"# {page.title}",
         page.lead,
-        f"[The page]({page_name}) has the flights, the tables of levels and of runs, too.",
+        f"[The page]({page_name}) also has the flights and the tables of levels and runs.",
         "\n".join(f"- {name}: {_code(name, value)}" for name, value in page.provenance),
         *(_section(section, out) for section in page.sections),
     ]

@@ -1,4 +1,4 @@
-"""What a report is, and writing it: the page, its summary in Markdown, tables as CSV."""
+"""A report and its files: the page, a summary in Markdown, and tables as CSV."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ _SUMMARY = "summary.md"
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """A page and what it says."""
+    """A page and its verdicts."""
 
     page: Path
     decisions: dict[str, list[Decision]]
@@ -31,8 +31,8 @@ def write_report(page: Page, tables: Mapping[str, pl.DataFrame], out: Path) -> P
     """Write a page, its summary and its tables into a folder.
 
     Args:
-        page: with its pictures already drawn.
-        tables: by name, for `tables/<name>.csv`.
+        page: a page whose pictures are drawn.
+        tables: tables by name, for `tables/<name>.csv`.
         out: the folder.
 
     Returns:
@@ -53,12 +53,12 @@ def write_report(page: Page, tables: Mapping[str, pl.DataFrame], out: Path) -> P
 
 
 def run_tables(results: Mapping[str, StudyResults]) -> dict[str, pl.DataFrame]:
-    """The runs of every study that has any, for readers who want to compute more."""
+    """The runs of every study with results, for further analysis."""
     return {name: each.table() for name, each in results.items() if each.runs}
 
 
 def claim_table(decisions: Mapping[str, Sequence[Decision]]) -> pl.DataFrame:
-    """Every claim with its verdict and the numbers behind it."""
+    """Every claim with its verdict and evidence."""
     return pl.DataFrame(
         [
             {

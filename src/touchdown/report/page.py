@@ -1,4 +1,4 @@
-"""One self-contained HTML page from a plain value: no network, and whole without its script."""
+"""A self-contained HTML page from a plain value: no network, and complete without its script."""
 
 import re
 from base64 import b64encode
@@ -19,10 +19,10 @@ from touchdown.report.svg import themed_svg
 from touchdown.studies.claims import VERDICTS, Verdict
 
 _SECTION_ID = re.compile(r"[^\s:]+")  # the page's own ids have a colon
-# what a reader compares down a column: a number with its unit, its interval, or none at all
+# cells that are compared down a column: a number with its unit or interval, or no number
 _NUMBER = re.compile(r"[<>≤≥≈]? ?[+−±-]?\.?\d[\d.,]*(e[+-]?\d+)? ?[%kMms]?( ?(±|\[|\(|to ).*)?")
 _NO_NUMBER = re.compile(r"|[–—-]|never( \(.*\))?")
-# a browser drops control characters and takes a backslash for a slash before it looks for a scheme
+# browsers drop control characters and read backslashes as slashes before they look for a scheme
 _PLAIN = r"[^\\\x00-\x20\x7f][^\\\x00-\x1f\x7f]*"
 _SAFE_HREF = re.compile(rf"https?://{_PLAIN}|(?!/|[^/?#]*:){_PLAIN}", re.IGNORECASE)
 
@@ -33,15 +33,15 @@ class ClaimRow:
 
     sentence: str
     section: str
-    """Of the paper; "" for a claim that is not the paper's."""
+    """Section of the paper; "" for a claim that is not the paper's."""
     verdict: Verdict
     evidence: str
-    """One line of numbers."""
+    """One line of evidence."""
 
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A figure: its SVG is set into the page and follows light and dark, else its PNG is."""
+    """A figure: its SVG is embedded and follows light and dark mode; without an SVG, its PNG."""
 
     svg: Path | None
     png: Path
@@ -51,7 +51,7 @@ class Picture:
 
 @dataclass(frozen=True, slots=True)
 class Film:
-    """An animation; readers who prefer less motion see its last frame, and start it by hand."""
+    """An animation; readers who prefer less motion see its last frame and start it manually."""
 
     gif: Path
     alt: str
@@ -63,7 +63,7 @@ class Link:
     """Text that links to a place relative to the page, or over http.
 
     Raises:
-        UserError: the address is absolute, or of another kind.
+        UserError: the URL is absolute, or of another kind.
     """
 
     text: str
@@ -75,11 +75,11 @@ class Link:
 
     @classmethod
     def to_file(cls, text: str, path: Path) -> "Link":
-        """A link to a file whose name may have anything in it.
+        """A link to a file with any name.
 
         Args:
-            text: the words.
-            path: relative to the page.
+            text: text of the link.
+            path: path relative to the page.
         """
         return cls(text, quote(path.as_posix()))
 
@@ -89,7 +89,7 @@ TableCell = str | Link
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Rows of cells, each row headed by its first; a folded table is opened by hand."""
+    """Rows of cells, each headed by its first cell; the reader opens a folded table."""
 
     caption: str
     columns: tuple[str, ...]
@@ -110,11 +110,11 @@ class Section:
     """One topic of a page.
 
     Raises:
-        UserError: its id has blanks or colons.
+        UserError: the id has blanks or colons.
     """
 
     id: str
-    """Where links to the section lead; without blanks and colons."""
+    """Target of links to the section, without blanks and colons."""
     title: str
     lead: str = ""
     claims: tuple[ClaimRow, ...] = ()
@@ -134,15 +134,15 @@ class Section:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Page:
-    """A whole report."""
+    """A complete report."""
 
     title: str
     lead: str
     facts: tuple[tuple[str, str], ...] = ()
-    """Name and value of what a reader wants to know first."""
+    """Name and value of the main facts."""
     sections: tuple[Section, ...] = ()
     provenance: tuple[tuple[str, str], ...] = ()
-    """Name and value of where the numbers come from."""
+    """Name and value of facts about the origin of the numbers."""
 
     @property
     def counts(self) -> list[tuple[Verdict, int]]:
@@ -154,12 +154,12 @@ def render(page: Page) -> str:
     """The page as HTML; the same value, and the same pictures, give the same text.
 
     Raises:
-        UserError: a picture cannot be read, or two sections have one id.
+        UserError: a picture cannot be read, or two sections have the same id.
     """
     times = Counter(section.id for section in page.sections)
     for name in times:
         if times[name] > 1:
-            raise UserError(f"section {name!r}: is there {times[name]} times, must be once")
+            raise UserError(f"section {name!r}: exists {times[name]} times, must exist once")
     environment = Environment(
         loader=PackageLoader("touchdown.report", "."),
         autoescape=True,
@@ -174,13 +174,13 @@ def render(page: Page) -> str:
         address_of=data_url,
         moving_of=film_and_still,
         script=Markup(script),  # noqa: S704 - our own
-        # the only script that a browser may run here, even if a run's name holds another
+        # the only script that a browser may run here, even if a run's name contains another
         script_hash=b64encode(sha256(script.encode()).digest()).decode(),
     )
 
 
 def write_page(page: Page, path: Path) -> None:
-    """Write the page, whole or not at all.
+    """Write the page, completely or not at all.
 
     Raises:
         UserError: a picture cannot be read, or the page cannot be written.

@@ -32,17 +32,17 @@ def write_paper_report(
 ) -> Report:
     """Write the page of the paper's topics from the records of their runs.
 
-    A topic without runs is left out, and so are films, distances and lines that need flights which
-    are not recorded.
+    Topics without runs are left out, as are films, distances and lines whose flights are not
+    recorded.
 
     Args:
-        scale: of the runs.
-        seeds: training seeds of each cell; None takes the study's own number.
-        store: where the runs are.
+        scale: scale of the runs.
+        seeds: training seeds per cell; None uses the study's own number.
+        store: store of the runs.
         out: folder for the page and its pictures.
-        names: topics to write; None takes all.
-        command: the command that makes the page, which is shown on it.
-        note: a sentence for the reader of the page, after its first.
+        names: topics to write; None writes all.
+        command: the command that makes the page, shown on it.
+        note: a sentence to show after the first one on the page.
         linked: whether the page links to the runs' folders.
         on_step: called with the name of each topic.
 
@@ -65,8 +65,8 @@ def write_paper_report(
             decisions[topic.name], section = made
             sections.append(section)
     lead = (
-        "Every experiment of the paper, with the training seed as the unit, and a verdict on "
-        "each of its claims by a test that was written down before the runs."
+        "Every experiment of the paper over several training seeds, with a verdict on each of "
+        "its claims by a statistical test that was specified before the runs."
     )
     page = Page(
         title="The paper, re-measured",
@@ -88,7 +88,7 @@ def _section_of(
     tuned: Sequence[PidResult],
     store: Store,
 ) -> tuple[list[Decision], Section] | None:
-    """A topic's decisions and section; None where its records are missing."""
+    """A topic's decisions and section; None if its records are missing."""
     title = f"{topic.title} (section {topic.section})"
     if topic.study is None:
         if not tuned:
@@ -113,7 +113,7 @@ def _section_of(
 
 
 def _baseline_returns(store: Store) -> dict[str, float]:
-    """Mean test returns of the baselines that were flown, by the words that name them."""
+    """Mean test returns of the tested baselines, by their label."""
     jobs = {"PID": BaselineJob("pid"), "random": BaselineJob("random")}
     return {
         words: read_evaluations(RunFolder(store.runs / job.digest).evaluation)[

@@ -1,4 +1,4 @@
-"""The pictures of a study: its levels beside each other, and over training."""
+"""The pictures of a study: its levels compared, and over training."""
 
 import itertools
 import re
@@ -22,10 +22,10 @@ def save_picture(
     """Draw a study's levels: a map of two factors, values along an axis, or a list of levels.
 
     Args:
-        title: what the picture is about.
-        results: of a study.
-        metric: what is shown.
-        lines: numbers to compare with, by name; only lists of levels show them.
+        title: title of the picture.
+        results: results of a study.
+        metric: metric that is shown.
+        lines: reference values by name, shown only in lists of levels.
         stem: path without its suffix.
     """
     study = results.study
@@ -58,7 +58,7 @@ def save_picture(
         stem.with_suffix(".png"),
         f"{title}: {METRICS[metric]} of each level",
         f"{METRICS[metric].capitalize()}; mean with its 95% interval over n = {count} training "
-        "seeds, the seeds behind it.",
+        "seeds; each dot is a seed.",
     )
 
 
@@ -75,11 +75,11 @@ def save_rows(
 
     Args:
         rows: the levels.
-        what: the numbers are.
+        what: description of the numbers.
         stem: path without its suffix.
-        lines: numbers to compare with, by name.
-        shares: whether they are shares, from 0 to 1.
-        from_zero: whether their axis begins at 0.
+        lines: reference values by name.
+        shares: whether the numbers are shares, from 0 to 1.
+        from_zero: whether the axis begins at 0.
     """
     figure = style.new_figure(7.2, 0.9 + 0.5 * len(rows))
     known = [row for row in rows if len(row.values)]
@@ -97,13 +97,13 @@ def _save(figure: Figure, stem: Path) -> None:
 
 
 def save_all_curves(title: str, results: StudyResults, of: str, stem: Path) -> list[Picture]:
-    """Draw a study's levels over training: in one picture, or each beside the base if too many.
+    """Draw a study's levels over training: in one picture, or each with the baseline if too many.
 
     Args:
-        title: what the pictures are about.
-        results: of a study.
+        title: title of the pictures.
+        results: results of a study.
         of: `validations` or `hovering`.
-        stem: path of the one picture without its suffix; of many, a part of their names.
+        stem: path of a single picture without its suffix; part of the names of several.
     """
     cells = [cell for cell in results.study.cells() if results.of(cell.labels)]
     if len(cells) <= rungs.MAX_CURVES:
@@ -125,16 +125,16 @@ def _save_curves(
     ax = figure.subplots()
     if of == "hovering":
         rungs.draw_shares(ax, by_level, "episodes of 1000 steps in training")
-        caption = "Share of the training episodes that ran all their 1000 steps"
+        caption = "Share of training episodes that ran all 1000 steps"
     else:
         rungs.draw_rungs(ax, by_level)
-        caption = "Validation return, greedy, over training"
+        caption = "Validation return during training"
     _save(figure, stem)
     return Picture(
         stem.with_suffix(".svg"),
         stem.with_suffix(".png"),
-        f"{title}: {caption.lower()}, a line a level",
-        f"{caption}; mean over training seeds, shaded by its 95% interval.",
+        f"{title}: {caption.lower()}, one line per level",
+        f"{caption}; mean over training seeds with its 95% interval (shaded).",
     )
 
 

@@ -1,4 +1,4 @@
-"""The section on the PID's tuners: what the gains that each finds reach on test starts."""
+"""The section on the PID's tuners: test returns of the gains that each one finds."""
 
 from collections.abc import Sequence
 
@@ -39,11 +39,11 @@ def pid_section(
     """The section on the PID's tuners.
 
     Args:
-        builder: of the page.
-        topic: the paper's.
-        title: of the section.
-        tuned: tunings that are tested, at least one.
-        decisions: on the topic's claims.
+        builder: builder of the page.
+        topic: the topic of the paper.
+        title: title of the section.
+        tuned: tested tunings, at least one.
+        decisions: decisions on the topic's claims.
     """
     values = values_of(tuned)
     stem = builder.figures / topic.name
@@ -54,15 +54,15 @@ def pid_section(
     return Section(
         id=topic.name,
         title=title,
-        lead=f"{topic.question} All tuners start from the same gains and may try as many.",
+        lead=f"{topic.question} All tuners start from the same gains and run as many trials.",
         claims=tables.claim_rows(decisions),
         pictures=(
             Picture(
                 stem.with_suffix(".svg"),
                 stem.with_suffix(".png"),
                 "Test return of the gains of each tuner",
-                "Mean test return of the gains found, over tuning seeds, each with training "
-                "starts of its own; mean with its 95% interval.",
+                "Mean test return of the gains found, over tuning seeds, each with different "
+                "training starts; mean with its 95% interval.",
             ),
         ),
         films=builder.film(
@@ -92,8 +92,8 @@ def _tuner_table(tuned: Sequence[PidResult], tuning: Tuning) -> Table:
             )
         )
     return Table(
-        f"Up to {tuning.trials} gains tried on {tuning.starts} training starts each; "
-        "the best of them on the test starts.",
+        f"The best of up to {tuning.trials} gains, tried on {tuning.starts} training starts "
+        "each, on the test starts.",
         ("tuner", "seeds", "test return, mean [95%]", "on its training starts", "share ≥ 200"),
         tuple(rows),
     )

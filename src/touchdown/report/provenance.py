@@ -1,4 +1,4 @@
-"""What a page says about where its numbers come from."""
+"""Facts on a page about the origin of its numbers."""
 
 import platform
 from collections.abc import Mapping, Sequence
@@ -16,12 +16,12 @@ _PACKAGES = ("touchdown", "gymnasium", "jax", "numpy", "scipy", "statsmodels")
 def page_facts(
     results: Mapping[str, StudyResults], tuned: Sequence[PidResult], scale: str
 ) -> tuple[tuple[str, str], ...]:
-    """How much was run.
+    """Amounts of studies, runs, steps and time.
 
     Args:
-        results: by study.
-        tuned: tunings of the PID.
-        scale: of the paper's studies; "" for a user's.
+        results: results by study.
+        tuned: PID tunings.
+        scale: scale of the paper's studies; "" for a user's study.
     """
     runs = {run.path: run for each in results.values() for run in each.runs}
     hours = sum(run.seconds for run in runs.values()) / 3600
@@ -42,9 +42,9 @@ def provenance_of(
     """The command, the machine, the test, and the settings.
 
     Args:
-        command: runs the studies and writes the page.
-        results: by study.
-        scale: of the paper's studies; "" for a user's.
+        command: the command that runs the studies and writes the page.
+        results: results by study.
+        scale: scale of the paper's studies; "" for a user's study.
     """
     bases = {name: each.study.base_cell().config.digest for name, each in results.items()}
     facts = [
@@ -80,4 +80,4 @@ def _test_text(results: Mapping[str, StudyResults]) -> str:
     if counts == {0}:
         return "none: runs are compared on validation starts"
     starts = " or ".join(map(str, sorted(counts)))
-    return f"{starts} starts for each run, flown greedily, by which no checkpoint was chosen"
+    return f"{starts} greedy episodes per run, from starts that were not used to select checkpoints"

@@ -26,12 +26,12 @@ def write_study_report(
     """Write the page of a study from the records of its runs.
 
     Args:
-        study: what was varied.
-        seeds: how many of each cell.
-        store: where the runs are.
+        study: the study.
+        seeds: training seeds per cell.
+        store: store of the runs.
         out: folder for the page and its pictures.
-        command: the command that makes the page, which is shown on it.
-        note: a sentence for the reader of the page, after the study's question.
+        command: the command that makes the page, shown on it.
+        note: a sentence to show after the study's question.
         linked: whether the page links to the runs' folders.
         on_step: called when the section starts.
 

@@ -1,11 +1,11 @@
-"""matplotlib's SVG, fit to stand in a page beside others, in light and in dark."""
+"""Adapts matplotlib's SVG for embedding in a page, in light and dark mode."""
 
 import re
 from xml.etree import ElementTree
 
 from touchdown.figures import style
 
-# shapes and words: whatever else an SVG may hold is left out
+# shapes and text; everything else that an SVG may contain is left out
 _SHAPES = frozenset(
     ("svg", "g", "defs", "path", "use", "clipPath", "rect", "circle", "ellipse", "line",
      "polyline", "polygon", "image", "text", "tspan", "linearGradient", "radialGradient", "stop",
@@ -28,17 +28,17 @@ _ELSEWHERE = re.compile(r"url\((?!#)|javascript:", re.IGNORECASE)
 
 
 def themed_svg(text: str, prefix: str) -> str:
-    """An SVG's shapes with ids of their own, and with the house's colours as the page's variables.
+    """An SVG's shapes with unique ids, and with our colours as variables of the page.
 
-    What is white in the background, or around a shape, becomes the card that the picture lies on.
-    White letters stay white, since what is behind them does not change.
+    White backgrounds and outlines get the colour of the card behind the picture. White letters stay
+    white, since the colour behind them does not change.
 
     Args:
-        text: of the file.
-        prefix: of its ids, so that two pictures of one page do not meddle with each other.
+        text: text of the file.
+        prefix: prefix of its ids, so that pictures on one page do not conflict.
 
     Raises:
-        ValueError: it is no SVG.
+        ValueError: it is not an SVG.
     """
     try:
         root = ElementTree.fromstring(text)  # noqa: S314 - a file of the user's own
@@ -63,19 +63,19 @@ def themed_svg(text: str, prefix: str) -> str:
                 element.set(name, kept)
     for name in ("width", "height", "version"):
         root.attrib.pop(name, None)
-    # matplotlib says this in a style sheet, which would hold for the whole page
+    # matplotlib sets this in a style sheet, which would apply to the whole page
     root.set("stroke-linejoin", "round")
     root.set("stroke-linecap", "butt")
     return ElementTree.tostring(root, "unicode")
 
 
 def _bare(name: str) -> str:
-    """Without its namespace: HTML needs none."""
+    """A name without its namespace, which HTML does not need."""
     return name.rpartition("}")[2]
 
 
 def _attribute(tag: str, name: str, value: str, prefix: str) -> str | None:
-    """The value that an attribute has in the page; None leaves it out."""
+    """The value of an attribute in the page; None leaves it out."""
     if name.lower().startswith("on") or _ELSEWHERE.search(value):
         return None
     if name == "id":

@@ -21,7 +21,7 @@ _NONE = "–"
 
 
 def claim_rows(decisions: Sequence[Decision]) -> tuple[ClaimRow, ...]:
-    """Claims with their verdicts, as the page shows them."""
+    """Claims with their verdicts, for the page."""
     return tuple(
         ClaimRow(d.claim.sentence, d.claim.section, d.verdict, d.evidence) for d in decisions
     )
@@ -44,18 +44,18 @@ def interval_text(found: Interval, text_of: Callable[[float], str] = _points) ->
     """A number with its interval.
 
     Args:
-        found: both.
-        text_of: formats each number; as return points if left out.
+        found: the number and its interval.
+        text_of: formats each number; by default as return points.
     """
     return f"{text_of(found.value)} [{text_of(found.low)}, {text_of(found.high)}]"
 
 
 def level_table(results: StudyResults, metric: str = "best_return") -> Table:
-    """The numbers of each cell's seeds, and the comparison with the base.
+    """Statistics of each cell's seeds, and the comparison with the baseline.
 
     Args:
-        results: of a study.
-        metric: what is compared.
+        results: results of a study.
+        metric: metric that is compared.
     """
     base = results.study.base_cell()
     cells = [cell for cell in results.study.cells() if len(results.of(cell.labels))]
@@ -86,7 +86,7 @@ def level_table(results: StudyResults, metric: str = "best_return") -> Table:
         )
         rows.append(
             (
-                f"{cell.name} (base)" if cell.labels == base.labels else cell.name,
+                f"{cell.name} (baseline)" if cell.labels == base.labels else cell.name,
                 str(seeds.n),
                 interval_text(seeds.iqm, text_of),
                 interval_text(seeds.mean, text_of),
@@ -96,12 +96,12 @@ def level_table(results: StudyResults, metric: str = "best_return") -> Table:
             )
         )
     return Table(
-        f"{METRICS[metric].capitalize()}, by level; against the base: difference of means, "
-        "probability that a seed has more, p by Holm's correction.",
+        f"{METRICS[metric].capitalize()}, by level; against the baseline: difference of means, "
+        "probability of improvement, p-value with Holm's correction.",
         (
             "level", "n", "IQM [95%]", "mean [95%]", "band of seeds",
             *(() if is_share(metric) else _training_columns(results)),
-            "against base", "P(more)", "p",
+            "vs baseline", "P(improvement)", "p",
         ),
         tuple(rows),
     )  # fmt: skip
@@ -109,11 +109,11 @@ def level_table(results: StudyResults, metric: str = "best_return") -> Table:
 
 def _training_columns(results: StudyResults) -> tuple[str, ...]:
     solved = _solved_text(results)
-    return "last weights", "over training", f"env steps to {solved}", f"seconds to {solved}"
+    return "final weights", "over training", f"env steps to {solved}", f"seconds to {solved}"
 
 
 def _solved_text(results: StudyResults) -> str:
-    """The return that counts as solved, as a word where levels have different environments."""
+    """The return that counts as solved, or "solved" if levels have different environments."""
     # as recorded: the module of a user's environment may not be importable any more
     thresholds = {run.test.threshold for run in results.runs if run.test}
     if not thresholds:
@@ -123,12 +123,12 @@ def _solved_text(results: StudyResults) -> str:
 
 
 def _last_weights(run: RunResult) -> float:
-    """The return of the last weights: on test starts, or where there is no test on validation's."""
+    """The return of the final weights, on test starts, or on validation starts without a test."""
     return run.last_return if run.is_tested else run.last_validation
 
 
 def _training_cells(results: StudyResults, labels: tuple[str, ...]) -> tuple[str, ...]:
-    """How training went for a level's seeds."""
+    """Training statistics of a level's seeds."""
     runs = results.of(labels)
     return (
         _points(float(np.mean([_last_weights(run) for run in runs]))),
@@ -139,7 +139,7 @@ def _training_cells(results: StudyResults, labels: tuple[str, ...]) -> tuple[str
 
 
 def _to_solved(values: Sequence[float]) -> str:
-    """The median over seeds, and how many got there."""
+    """The median over seeds, and how many reached it."""
     found = curves.reached(values)
     median = "never" if math.isinf(found.median) else f"{found.median:,.0f}"
     return median if found.reached == found.n else f"{median} ({found.reached} of {found.n})"
@@ -149,8 +149,8 @@ def run_table(results: StudyResults, beside: Path | None) -> Table:
     """Every finished run.
 
     Args:
-        results: of a study.
-        beside: folder of the page, to link from; None links nothing.
+        results: results of a study.
+        beside: folder of the page, for links; None makes no links.
     """
     tested = any(run.is_tested for run in results.runs)
     rows: list[tuple[TableCell, ...]] = []
@@ -179,7 +179,7 @@ def run_table(results: StudyResults, beside: Path | None) -> Table:
         f"The {len(rows)} runs of this study.",
         (
             "level", "seed", "run", "test return" if tested else "validation return",
-            "last weights", "worst flight", "landed", "hovered in training", "env steps",
+            "final weights", "worst flight", "landed", "timed out in training", "env steps",
             f"to {_solved_text(results)}", "seconds",
         ),
         tuple(rows),

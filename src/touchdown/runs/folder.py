@@ -1,4 +1,4 @@
-"""A run's folder: where its files are, how a new one is named, and how one is found."""
+"""A run's folder: the paths of its files, its name, and how to find it."""
 
 import fcntl
 from dataclasses import dataclass, field
@@ -22,7 +22,7 @@ class RunFolder:
 
     path: Path
     _config: Config | None = field(default=None, repr=False, compare=False)
-    """Of a run that this process created, so that it is not read back from the disk."""
+    """Config of a run that this process created, so that it is not read back from the disk."""
 
     @property
     def name(self) -> str:
@@ -41,17 +41,17 @@ class RunFolder:
 
     @property
     def episodes(self) -> Path:
-        """One line a training episode."""
+        """One line per training episode."""
         return self.path / "episodes.jsonl"
 
     @property
     def updates(self) -> Path:
-        """One line every few updates."""
+        """One line every `metrics_period` updates."""
         return self.path / "updates.jsonl"
 
     @property
     def validations(self) -> Path:
-        """One line a validation."""
+        """One line per validation."""
         return self.path / "validations.jsonl"
 
     @property
@@ -61,7 +61,7 @@ class RunFolder:
 
     @property
     def best(self) -> Path:
-        """The weights that did best on the validation starts."""
+        """The weights with the best return on validation starts."""
         return self.checkpoints / "best.safetensors"
 
     @property
@@ -71,12 +71,12 @@ class RunFolder:
 
     @property
     def flights(self) -> Path:
-        """Recorded flights; the first is the one from the test start of the median return."""
+        """Recorded flights; the first has the median test return."""
         return self.path / "flights.safetensors"
 
     @property
     def paths(self) -> Path:
-        """Where the lander was at each step of the first test flights."""
+        """Positions of the lander at each step of the first test flights."""
         return self.path / "paths.safetensors"
 
     def config(self) -> Config:
@@ -89,12 +89,12 @@ class RunFolder:
 
 
 def create(runs_dir: Path, config: Config, name: str | None = None) -> RunFolder:
-    """A new run's folder with its config and provenance written.
+    """Create a new run's folder and write its config and provenance.
 
     Args:
-        runs_dir: where runs are kept; made if it does not exist.
-        config: of the run.
-        name: of the run; `<preset>-<seed>` if None, followed by a number if that is taken.
+        runs_dir: folder for runs; created if it does not exist.
+        config: the run's config.
+        name: name of the run; None uses `<preset>-<seed>`, with a number appended if that is taken.
 
     Raises:
         UserError: the name is taken or not a plain folder name, or the folder cannot be written.
@@ -105,7 +105,7 @@ def create(runs_dir: Path, config: Config, name: str | None = None) -> RunFolder
             "such as pilot-0"
         )
     if name in BASELINES or (name and name.endswith(POLICY_FILES)):
-        raise UserError(f"name {name!r}: means another policy to evaluate and fly; choose another")
+        raise UserError(f"name {name!r}: is already the name of a policy; choose another")
     default = f"{config.preset}-{config.seed}"
 
     def fill(path: Path) -> None:
@@ -135,7 +135,7 @@ def create(runs_dir: Path, config: Config, name: str | None = None) -> RunFolder
 
 
 def lock(folder: RunFolder) -> IO[bytes]:
-    """The right to write to a run, until the returned file is closed or its process dies.
+    """Lock a run for writing, until the returned file is closed or its process ends.
 
     Raises:
         UserError: another process is training the run.
@@ -150,16 +150,16 @@ def lock(folder: RunFolder) -> IO[bytes]:
 
 
 def find(name: str, runs_dir: Path = DEFAULT_RUNS) -> RunFolder:
-    """The run of that name in `runs_dir`, or at that path.
+    """The run with that name in `runs_dir`, or at that path.
 
     Raises:
-        UserError: there is no such folder, or it holds no run.
+        UserError: there is no such folder, or it does not contain a run.
     """
     for path in (runs_dir / name, Path(name)):
         if path.is_dir():
             folder = RunFolder(path)
             if not folder.config_file.is_file():
-                raise UserError(f"run {str(path)!r}: holds no config.toml, so it is not a run")
+                raise UserError(f"run {str(path)!r}: not a run, because it has no config.toml")
             return folder
     raise UserError(
         f"run {name!r}: no such folder in {str(runs_dir)!r}; `touchdown runs` lists them"

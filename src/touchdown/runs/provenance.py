@@ -1,4 +1,4 @@
-"""Where a run comes from: versions, machine, seeds, engine."""
+"""Provenance of a run: versions, machine, seeds, engine."""
 
 import platform
 import subprocess
@@ -29,7 +29,7 @@ _RECORDED_PACKAGES = (
 
 
 class Provenance(Struct, frozen=True, kw_only=True):
-    """`provenance.json`; fields that no reader depends on may be missing."""
+    """`provenance.json`; fields that are only informative may be missing."""
 
     format_version: Literal[1] = FORMAT_VERSION
     config_digest: str = ""
@@ -38,23 +38,23 @@ class Provenance(Struct, frozen=True, kw_only=True):
     python: str = ""
     """Its version."""
     versions: dict[str, str] = field(default_factory=dict[str, str])
-    """Of the packages that results depend on, by name."""
+    """Versions of the packages that results depend on, by name."""
     git_commit: str | None = None
-    """Of the source; None where it is not in a git repository."""
+    """Commit of the source; None if it is not in a git repository."""
     platform: str = ""
     cpu: str = ""
     cpus_available: Count = 0
-    """Cores that the run could use."""
+    """Number of cores that the run could use."""
     engine: Engine = "gymnasium"
-    """What simulated the training episodes."""
+    """Engine that simulated the training episodes."""
     device: str = ""
-    """Where JAX computed."""
+    """Device that JAX computed on."""
     threads: Count | None = None
-    """That JAX computed with; None on a GPU, where JAX decides."""
+    """Threads that JAX computed with; None on a GPU, where JAX decides."""
 
 
 def provenance_of(config: Config) -> Provenance:
-    """Where a run of these settings comes from."""
+    """The provenance of a new run with these settings."""
     return Provenance(
         config_digest=config.digest,
         seed=config.seed,
@@ -71,7 +71,7 @@ def provenance_of(config: Config) -> Provenance:
 
 
 def read_provenance(path: Path) -> Provenance:
-    """What `folder.create` wrote.
+    """The provenance that `folder.create` wrote.
 
     Raises:
         UserError: the file is missing, broken or of another version.
@@ -80,7 +80,7 @@ def read_provenance(path: Path) -> Provenance:
 
 
 def _git_commit() -> str | None:
-    """The commit of this code; None where it is installed, perhaps inside another repository."""
+    """The commit of this code; None if it is installed, perhaps inside another repository."""
     here = Path(__file__)
     said = ""
     for arguments in (
@@ -103,7 +103,7 @@ def _git_commit() -> str | None:
 
 
 def cpu_name() -> str:
-    """The processor, in words."""
+    """The name of the processor."""
     try:
         for line in Path("/proc/cpuinfo").read_text("utf-8").splitlines():
             if line.startswith("model name"):

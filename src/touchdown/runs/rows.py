@@ -1,4 +1,4 @@
-"""The lines of a run's JSON Lines files, as they are written and read."""
+"""Records in the lines of a run's JSON Lines files."""
 
 from typing import Any
 
@@ -7,27 +7,27 @@ from msgspec import Struct
 from touchdown.core.records import Count, Seconds, Share
 from touchdown.core.types import Outcome
 
-_STORED = {"env_steps": "observations"}  # what fields are called in the files
+_STORED = {"env_steps": "observations"}  # names of fields in the files
 
 
 class EpisodeRow(Struct, frozen=True, kw_only=True, gc=False, rename=_STORED):
-    """A line of `episodes.jsonl`: a training episode that has ended."""
+    """A line of `episodes.jsonl`: a finished training episode."""
 
     episode: Count
-    """Its number, from 1."""
+    """Number of the episode, from 1."""
     env_steps: Count
-    """So far, this episode's included."""
+    """Environment steps so far, including this episode's."""
     episode_return: float
     steps: Count
     outcome: Outcome
     epsilon: Share
-    """At its end."""
+    """ε at the end of the episode."""
     seconds: Seconds
-    """Of training so far."""
+    """Seconds of training so far."""
 
 
 class UpdateRow(Struct, frozen=True, kw_only=True, rename=_STORED):
-    """A line of `updates.jsonl`: one update of many, in numbers that depend on the agent."""
+    """A line of `updates.jsonl`: metrics of one update, which depend on the agent."""
 
     update: Count
     env_steps: Count
@@ -35,13 +35,13 @@ class UpdateRow(Struct, frozen=True, kw_only=True, rename=_STORED):
     metrics: dict[str, float]
 
     def to_json(self) -> dict[str, Any]:
-        """As a JSON object, the metrics beside the counts."""
+        """As a JSON object with counts and metrics."""
         counts = {"update": self.update, "observations": self.env_steps}
         return {**counts, **self.metrics, **counts}  # no metric replaces a count
 
 
 class ValidationRow(Struct, frozen=True, kw_only=True, rename=_STORED):
-    """A line of `validations.jsonl`: greedy episodes from the validation starts."""
+    """A line of `validations.jsonl`: greedy episodes from validation starts."""
 
     env_steps: Count
     """So far."""

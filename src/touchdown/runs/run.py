@@ -1,4 +1,4 @@
-"""A run on disk: its policy, its results, its pictures, and a short description of it."""
+"""A run on disk: its policy, results, pictures and a short description."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -64,36 +64,36 @@ class Run:
 
     @property
     def status(self) -> Literal["finished", "unfinished"]:
-        """Whether the run has come to its end."""
+        """Whether the run is finished."""
         return "finished" if (self.path / _DONE).is_file() else "unfinished"
 
 
 def load_run(folder: RunFolder) -> NamedPolicy:
-    """The best policy that a run has found so far.
+    """The best policy found so far in a run.
 
     Raises:
-        UserError: it has none yet, or its files are broken.
+        UserError: there is none yet, or the files are broken.
     """
     found = load_weights(best_weights(folder))
     return NamedPolicy(folder.name, found.policy, found.env_id)
 
 
 def best_weights(folder: RunFolder) -> Path:
-    """The file of the best weights that a run has found so far.
+    """The file with the best weights found so far in a run.
 
     Raises:
-        UserError: it has none yet.
+        UserError: there is none yet.
     """
     if not folder.best.is_file():
         raise UserError(
-            f"run {folder.name!r}: no weights yet (they come with the first validation); "
-            f"train on with: touchdown train --resume {folder.name}"
+            f"run {folder.name!r}: has no weights before its first validation; "
+            f"resume it with: touchdown train --resume {folder.name}"
         )
     return folder.best
 
 
 def evaluations_of(run: Run) -> list[Evaluation]:
-    """The test episodes of a run and of the baselines; none while it is not finished.
+    """The test episodes of a run and of the baselines; empty while the run is not finished.
 
     Raises:
         UserError: `evaluation.json` is broken.
@@ -103,7 +103,7 @@ def evaluations_of(run: Run) -> list[Evaluation]:
 
 
 class RunFacts(msgspec.Struct, frozen=True, kw_only=True, rename={"env_steps": "observations"}):
-    """A run in brief."""
+    """A short description of a run."""
 
     name: str
     status: Literal["finished", "unfinished"]
@@ -113,12 +113,12 @@ class RunFacts(msgspec.Struct, frozen=True, kw_only=True, rename={"env_steps": "
     """Of training."""
     config_digest: str
     episodes: Count
-    """Of training, so far."""
+    """Seconds of training so far."""
     env_steps: Count
     seconds: Seconds
     """Of training."""
     test: Summary | None
-    """Of the test episodes; None while the run is not finished."""
+    """Summary of the test episodes; None while the run is not finished."""
 
     def to_json(self) -> dict[str, Any]:
         """As a JSON object."""
@@ -126,7 +126,7 @@ class RunFacts(msgspec.Struct, frozen=True, kw_only=True, rename={"env_steps": "
 
 
 def describe(run: Run) -> RunFacts:
-    """A run in brief: what `runs` and `show` print.
+    """A short description of a run, as printed by `runs` and `show`.
 
     Raises:
         UserError: the run's files are broken.
@@ -165,12 +165,12 @@ def list_runs(runs_dir: Path | str = DEFAULT_RUNS) -> list[Run]:
         UserError: there is no such folder.
     """
     if not Path(runs_dir).is_dir():
-        raise UserError(f"runs_dir {str(runs_dir)!r}: no such folder; `touchdown train` makes it")
+        raise UserError(f"runs_dir {str(runs_dir)!r}: no such folder; `touchdown train` creates it")
     return [Run(folder) for folder in folders.list_runs(Path(runs_dir))]
 
 
 def list_facts(runs_dir: Path | str = DEFAULT_RUNS) -> list[dict[str, Any]]:
-    """`run_facts` of every run, oldest first; for a broken one, its name and what is wrong.
+    """`run_facts` of every run, oldest first; a broken run has its name and the error.
 
     Raises:
         UserError: there is no such folder.

@@ -1,4 +1,4 @@
-"""Comparing settings over training seeds, and how many seeds a test would need."""
+"""Compares settings over training seeds, and computes how many seeds a test needs."""
 
 import math
 import warnings
@@ -19,30 +19,30 @@ from touchdown.stats.summary import RESAMPLES, Interval
 ALPHA = 0.05
 POWER = 0.8
 MOST_SEEDS_NEEDED = 1_000
-"""The most seeds anyone would run: a difference that needs more counts as undetectable."""
-# equal numbers differ by less than this after rounding
+"""Largest realistic number of seeds; a difference that needs more counts as undetectable."""
+# rounding makes equal numbers differ by less than this
 _NOTHING = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """The seeds of another setting compared with those of a base."""
+    """Comparison of another setting's seeds with those of a baseline setting."""
 
     n_base: int
     n_other: int
     difference: Interval
-    """Mean of the other minus mean of the base, with Welch's 95% interval."""
+    """Mean of the other setting minus that of the base, with Welch's 95% interval."""
     probability_of_improvement: Interval
-    """Probability that a seed of the other is above one of the base, ties counting half, with its
-    95% bootstrap interval over seeds of both sides (Agarwal et al., 2021)."""
+    """Probability of improvement: that a seed of the other exceeds one of the base, ties counting
+    half, with its 95% bootstrap interval over the seeds of both (Agarwal et al., 2021)."""
     p_value: float
-    """Two-sided, by Welch's t. Three seeds on each side have only 20 permutations, so a permutation
-    test could not get below 0.1."""
+    """Two-sided, by Welch's t-test. Three seeds per side have only 20 permutations, so a
+    permutation test could not go below 0.1."""
     effect: float
-    """The difference in standard deviations (Cohen, 1988); infinite if no seed varies."""
+    """Effect size: difference in standard deviations (Cohen, 1988); infinite without variance."""
 
     def seeds_needed(self, alpha: float = ALPHA) -> int | None:
-        """Seeds per side that detect it with power 0.8; None above `MOST_SEEDS_NEEDED`.
+        """Seeds per side to detect it with power 0.8; None above `MOST_SEEDS_NEEDED`.
 
         Args:
             alpha: significance level.
@@ -56,7 +56,7 @@ def compare(base: ArrayLike, other: ArrayLike, seed: int = 0) -> Comparison:
     Args:
         base: [n], one number per seed, at least two.
         other: [m], likewise.
-        seed: of the resampling.
+        seed: seed of the resampling.
 
     Raises:
         ValueError: there are too few values, or one is not finite.
@@ -76,7 +76,7 @@ def compare(base: ArrayLike, other: ArrayLike, seed: int = 0) -> Comparison:
             0.0 if same else math.copysign(math.inf, difference),
         )
     with warnings.catch_warnings():
-        # equal seeds on one side warn of lost precision; the other side has the variance
+        # equal seeds on one side warn of lost precision, but the other side has variance
         warnings.simplefilter("ignore", RuntimeWarning)
         result: Any = stats.ttest_ind(b, a, equal_var=False)
         interval = result.confidence_interval(0.95)
@@ -119,7 +119,7 @@ def holm(p_values: Sequence[float]) -> list[float]:
     """P-values corrected for the family-wise error rate (Holm, 1979).
 
     Args:
-        p_values: of one family of tests; may be empty.
+        p_values: p-values of one family of tests; may be empty.
     """
     if not p_values:
         return []
@@ -129,17 +129,17 @@ def holm(p_values: Sequence[float]) -> list[float]:
 
 @dataclass(frozen=True, slots=True)
 class Trend:
-    """Whether numbers rise or fall with the level."""
+    """Whether numbers increase or decrease with the level."""
 
     tau: float
-    """Kendall's τ-b between a seed's number and the rank of its level; 1 if it always rises."""
+    """Kendall's τ-b between a seed's number and the rank of its level; 1 if it always increases."""
     p_value: float
     """Two-sided."""
     seeds: float
     """Seeds per level, on average."""
 
     def seeds_needed(self, alpha: float = ALPHA) -> int | None:
-        """Seeds per level that detect this τ with power 0.8; None above `MOST_SEEDS_NEEDED`.
+        """Seeds per level to detect this τ with power 0.8; None above `MOST_SEEDS_NEEDED`.
 
         Args:
             alpha: significance level.
@@ -183,14 +183,14 @@ def best_of(groups: Sequence[ArrayLike], seed: int = 0) -> list[float]:
 
     Args:
         groups: the numbers of each level, one per seed, at least two each.
-        seed: of the resampling.
+        seed: seed of the resampling.
 
     Raises:
         ValueError: there are no levels, too few seeds, or a number is not finite.
     """
     samples = [checked(group, 2) for group in groups]
     if not samples:
-        raise ValueError("best_of needs at least one level")
+        raise ValueError("best_of: needs at least one level")
     rng = np.random.default_rng(seed)
     means = np.empty((len(samples), RESAMPLES))
     for row, sample in zip(means, samples, strict=True):
@@ -203,19 +203,19 @@ def best_of(groups: Sequence[ArrayLike], seed: int = 0) -> list[float]:
 
 @dataclass(frozen=True, slots=True)
 class Margin:
-    """A mean compared with a threshold that was fixed beforehand."""
+    """Comparison of a mean with a threshold fixed in advance."""
 
     mean: Interval
-    """With its 95% interval by Student's t."""
+    """Mean with its 95% interval, by Student's t."""
     p_above: float
     """One-sided: small if the mean is above the threshold."""
     p_below: float
     """One-sided: small if the mean is below the threshold."""
     effect: float
-    """Distance above the threshold in standard deviations; infinite if no seed varies."""
+    """Distance above the threshold in standard deviations; infinite without variance."""
 
     def seeds_needed(self, alpha: float = ALPHA) -> int | None:
-        """Seeds that detect this distance with power 0.8; None above `MOST_SEEDS_NEEDED`.
+        """Seeds to detect this distance with power 0.8; None above `MOST_SEEDS_NEEDED`.
 
         Args:
             alpha: significance level of the two-sided test.
@@ -224,11 +224,11 @@ class Margin:
 
 
 def margin(values: ArrayLike, threshold: float) -> Margin:
-    """Test whether a mean is above or below a threshold, by Student's t.
+    """Test whether a mean is above or below a threshold, by Student's t-test.
 
     Args:
         values: [n], one number per seed, at least two.
-        threshold: to compare with.
+        threshold: the threshold to compare with.
 
     Raises:
         ValueError: there are too few values, or one is not finite.

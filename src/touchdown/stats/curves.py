@@ -1,4 +1,4 @@
-"""A learning curve in numbers: the area under it, and when it first reached a threshold."""
+"""Numbers of a learning curve: the area under it, and when it first reached a threshold."""
 
 import math
 from collections.abc import Sequence
@@ -11,14 +11,14 @@ from touchdown.core.types import FloatArray
 
 
 def area_under(env_steps: Sequence[float], returns: Sequence[float], until: float) -> float:
-    """Mean return over the environment steps from 0 to `until`, by the trapezoidal rule.
+    """Mean return over environment steps from 0 to `until`, by the trapezoidal rule.
 
     The curve is constant before the first validation and after the last one.
 
     Args:
-        env_steps: of each validation, rising.
+        env_steps: environment steps of each validation, in increasing order.
         returns: mean return of each validation.
-        until: the last environment step that counts, above 0.
+        until: end of the interval in environment steps, above 0.
 
     Raises:
         ValueError: there are no validations, the lengths differ, or `until` is not above 0.
@@ -51,24 +51,24 @@ def _curve(env_steps: Sequence[float], returns: Sequence[float]) -> tuple[FloatA
 
 @dataclass(frozen=True, slots=True)
 class Reached:
-    """When seeds reached a threshold, if they did."""
+    """When seeds reached a threshold, if at all."""
 
     n: int
     reached: int
     """Number of seeds that reached it."""
     median: float
-    """∞ if half of the seeds or more never reached it: the median is then unknown."""
+    """∞ if at least half of the seeds never reached it, so the median is unknown."""
     low: float
-    """`low` and `high`: the interval of the median by order statistics, at least 95% for n of 6 or
-    more; for fewer seeds it is the range of all of them."""
+    """`low` and `high`: interval of the median by order statistics, at least 95% for n ≥ 6; with
+    fewer seeds, the range of all of them."""
     high: float
 
 
 def reached(times: Sequence[float]) -> Reached:
-    """The median of times, of which some are ∞ for seeds that never reached the threshold.
+    """The median of times, some of which may be ∞ for seeds that never reached the threshold.
 
     Seeds that did not reach it were observed at least as long as those that did, so order
-    statistics are valid for such right-censored times.
+    statistics are valid for these right-censored times.
 
     Args:
         times: one per seed, at least one.
@@ -80,7 +80,7 @@ def reached(times: Sequence[float]) -> Reached:
     n = len(ordered)
     if not n or np.isnan(ordered).any():
         raise ValueError(f"needs at least one time and no NaN, got {list(times)}")
-    # the greatest k with P(fewer than k of n are below the median) ≤ 2.5%
+    # the largest k with P(fewer than k of n are below the median) ≤ 2.5%
     k = int(stats.binom.ppf(0.025, n, 0.5))
     low, high = (0, n - 1) if k < 1 else (k - 1, n - k)
     upper, lower = float(ordered[n // 2]), float(ordered[(n - 1) // 2])

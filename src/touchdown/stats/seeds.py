@@ -12,9 +12,9 @@ from touchdown.core.types import FloatArray
 from touchdown.stats.summary import Interval, bootstrap_iqm
 
 BAND_CONTENT = 0.8
-"""Share of all seeds that the band should contain."""
+"""Fraction of all seeds that the band should contain."""
 BAND_CONFIDENCE = 0.9
-"""Probability that a band contains that share."""
+"""Probability that the band contains that fraction."""
 _FEWEST_FOR_BAND = 3  # with two seeds the band would be twenty times as wide as their distance
 
 
@@ -24,11 +24,11 @@ class SeedSummary:
 
     n: int
     mean: Interval
-    """With its 95% interval by Student's t."""
+    """Mean with its 95% interval, by Student's t."""
     iqm: Interval
     """Interquartile mean with its 95% percentile bootstrap interval (Agarwal et al., 2021). The
-    bootstrap draws no seed worse than the worst observed, so for normal data it covers only about
-    77% at n = 3, 85% at 5 and 91% at 10, where Student's t of the mean covers 95%."""
+    bootstrap never draws a seed worse than the worst observed one, so for normal data it covers
+    only about 77% at n = 3, 85% at 5 and 91% at 10, while Student's t covers 95%."""
     band: tuple[float, float] | None
     """Range that contains `BAND_CONTENT` of all seeds with probability `BAND_CONFIDENCE`; None with
     fewer than three seeds."""
@@ -59,7 +59,7 @@ def checked(values: ArrayLike, fewest: int = 1) -> FloatArray:
 
     Args:
         values: [n].
-        fewest: how many there must be at least.
+        fewest: minimum number of values.
 
     Raises:
         ValueError: there are fewer, or one is not finite.
@@ -73,7 +73,7 @@ def checked(values: ArrayLike, fewest: int = 1) -> FloatArray:
 
 
 def mean_interval(values: ArrayLike) -> Interval:
-    """The mean with its 95% interval by Student's t; for one value, just that value.
+    """The mean with its 95% interval, by Student's t; for one value, just that value.
 
     Args:
         values: [n], at least one.
@@ -99,14 +99,14 @@ def tolerance_band(
     content: float = BAND_CONTENT,
     confidence: float = BAND_CONFIDENCE,
 ) -> tuple[float, float] | None:
-    """Normal two-sided tolerance interval by Howe's factor (Howe, 1969).
+    """Two-sided normal tolerance interval, with Howe's factor (Howe, 1969).
 
-    It bounds single future seeds, not their mean, so it does not shrink to zero with more seeds.
+    It bounds individual future seeds, not their mean, so more seeds do not shrink it to zero.
 
     Args:
         values: [n], one number per seed.
-        content: share of all seeds that it should contain.
-        confidence: probability that the interval contains that share.
+        content: fraction of all seeds that it should contain.
+        confidence: probability that the interval contains that fraction.
 
     Returns:
         Its two ends; None with fewer than three values.

@@ -37,15 +37,15 @@ class Summary(Struct, frozen=True, kw_only=True, rename=_STORED):
     sd_return: float
     iqm: Interval
     threshold: float | None
-    """Return from which an episode counts as solved; None if the environment names none."""
+    """Return that an episode must reach to count as solved; None if the environment names none."""
     share_solved: float | None
     """Share of episodes whose return reaches the threshold."""
     outcomes: dict[str, float]
-    """Share of episodes by outcome, of the outcomes that occurred."""
+    """Share of episodes with each outcome that occurred."""
     steps: float
     fuel: float
     worst_5_percent: float
-    """Mean of the worst 5% of returns, at least one episode."""
+    """Mean of the worst 5% of returns (at least one episode)."""
 
     def to_json(self) -> dict[str, Any]:
         """As a JSON object."""
@@ -53,7 +53,7 @@ class Summary(Struct, frozen=True, kw_only=True, rename=_STORED):
 
 
 def interquartile_mean(values: ArrayLike, axis: int = -1) -> FloatArray:
-    """Mean of the middle half of the values: a quarter is cut off at each end."""
+    """Interquartile mean: mean of the middle half of the values."""
     return cast(FloatArray, stats.trim_mean(values, 0.25, axis=axis))
 
 
@@ -61,8 +61,8 @@ def bootstrap_iqm(values: Sequence[float], seed: int = 0) -> Interval:
     """Interquartile mean with its 95% percentile bootstrap interval.
 
     Args:
-        values: at least one.
-        seed: of the resampling, so that a table is the same each time.
+        values: at least one value.
+        seed: seed of the resampling, so that results repeat.
 
     Raises:
         ValueError: there are no values.

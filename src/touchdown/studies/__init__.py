@@ -1,1 +1,1 @@
-"""Many runs: what is varied, over how many seeds, who runs them, and what they say together."""
+"""Studies of many runs: factors, seeds, executors, results and verdicts."""

@@ -1,4 +1,4 @@
-"""How alike two policies fly: distances between their paths from the same starts (section 9)."""
+"""Similarity of two policies' flights: distances of paths from the same starts (section 9)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,12 +13,12 @@ from touchdown.studies.results import StudyResults
 from touchdown.studies.store import Store
 from touchdown.studies.work import BaselineJob
 
-_METRES = np.array([10.0, 20.0 / 3.0])  # half viewports, across and up
+_METRES = np.array([10.0, 20.0 / 3.0])  # half viewports, horizontally and vertically
 
 
 @dataclass(frozen=True, slots=True)
 class SeedDistances:
-    """Distances of one training seed's flights, each a mean over starts, in metres."""
+    """Distances of one training seed's flights in metres, each a mean over starts."""
 
     seed: int
     to_pid: float
@@ -27,7 +27,7 @@ class SeedDistances:
 
     @property
     def ratio(self) -> float:
-        """The distance to the PID over that to another seed of the same agent."""
+        """The distance to the PID divided by that to another seed of the same agent."""
         return self.to_pid / float(np.mean(self.to_other_seeds))
 
 
@@ -45,14 +45,14 @@ class AgentDistances:
             labels: `to the PID`, `to random`, `to another seed`, or the first over the last.
             metric: `distance` in metres, or `ratio`.
         """
-        del metric  # the label says which
+        del metric  # the label says which one
         kinds = {
             "to the PID": [each.to_pid for each in self.of],
             "to random": [each.to_random for each in self.of],
             "to another seed": [
                 float(np.mean(each.to_other_seeds)) for each in self.of if each.to_other_seeds
             ],
-            # seeds whose flights are all equal have no ratio
+            # without a ratio if all flights of the seeds are equal
             "to the PID, over to another seed": [
                 each.ratio for each in self.of if any(each.to_other_seeds)
             ],
@@ -63,8 +63,8 @@ class AgentDistances:
 def distance(one: FlightPath, other: FlightPath) -> float:
     """Mean distance between two landers at the same step, in metres.
 
-    The mean is over the steps of the longer flight; a lander whose flight is over stays where it
-    ended.
+    The mean is over the steps of the longer flight; after the shorter one ends, its lander stays at
+    the last position.
     """
     a, b = (path * _METRES for path in (one, other))
     steps = max(len(a), len(b))
@@ -75,7 +75,7 @@ def distance(one: FlightPath, other: FlightPath) -> float:
 def compare_paths(
     agents: Mapping[int, FlightPaths], pid: FlightPaths, random: FlightPaths
 ) -> AgentDistances:
-    """Measure between agents' flights, the PID's and random ones, from the starts that all share.
+    """Measure distances between flights of agents, the PID and random actions from equal starts.
 
     Args:
         agents: paths by training seed, at least one.
@@ -108,12 +108,12 @@ def agent_distances(
     """The distances of a cell's finished runs, from recorded paths.
 
     Args:
-        results: of the study.
-        labels: of the cell.
-        store: where the baselines' paths are.
+        results: results of the study.
+        labels: the cell's labels.
+        store: the store with the baselines' paths.
 
     Returns:
-        The distances; None where no run of the cell, or a baseline, has its paths recorded.
+        The distances; None if no run of the cell, or no baseline, has recorded paths.
 
     Raises:
         UserError: a file of paths is broken.

@@ -1,4 +1,4 @@
-"""The tests that decide claims, each on one number per training seed."""
+"""Tests that decide claims, each on one number per training seed."""
 
 import math
 from collections.abc import Sequence
@@ -12,12 +12,12 @@ from touchdown.stats import compare
 from touchdown.stats.summary import Interval
 from touchdown.studies.claims import Finding, Labels, SeedsNeeded, Values
 
-_MIN_SEEDS = 2  # of each cell, for a test to say anything
+_MIN_SEEDS = 2  # per cell, for a test to be meaningful
 
 
 @dataclass(frozen=True, slots=True)
 class Greater:
-    """The mean of one cell is above that of another: Welch's t."""
+    """The mean of one cell is above that of another: Welch's t-test."""
 
     above: Labels
     below: Labels
@@ -43,7 +43,7 @@ class Greater:
 
 @dataclass(frozen=True, slots=True)
 class Monotonic:
-    """The numbers rise, or fall, from level to level: Kendall's τ."""
+    """The numbers increase, or decrease, from level to level: Kendall's τ."""
 
     levels: tuple[Labels, ...]
     direction: Literal["rise", "fall"] = "rise"
@@ -72,7 +72,7 @@ class Monotonic:
 
 @dataclass(frozen=True, slots=True)
 class SweetSpot:
-    """A level between two others is better than both: two one-sided t tests must say so."""
+    """A level between two others is better than both: two one-sided t-tests."""
 
     inside: Labels
     first: Labels
@@ -96,7 +96,7 @@ class SweetSpot:
 
 @dataclass(frozen=True, slots=True)
 class Best:
-    """One of `among` has the greatest mean of all levels: how often, when seeds are resampled."""
+    """One of `among` has the largest mean of all levels: how often, when seeds are resampled."""
 
     among: tuple[Labels, ...]
     levels: tuple[Labels, ...]
@@ -121,7 +121,7 @@ class Best:
         return Finding(1 - wanted, wanted, best, min(map(len, groups)), self._needed(values))
 
     def _needed(self, values: Values) -> SeedsNeeded:
-        """Seeds needed to tell the best of `among` from the best of the others."""
+        """Seeds needed to distinguish the best of `among` from the best of the others."""
         means = {level: float(np.mean(values(level, self.metric))) for level in self.levels}
         ours = max(self.among, key=lambda level: means[level])
         rest = [level for level in self.levels if level not in self.among]
@@ -131,7 +131,7 @@ class Best:
 
 @dataclass(frozen=True, slots=True)
 class Beyond:
-    """The mean of a cell is above, or below, a number: Student's t."""
+    """The mean of a cell is above, or below, a number: Student's t-test."""
 
     cell: Labels
     number: float
@@ -212,14 +212,14 @@ class Alike:
 
 
 def _one_sided(p: float, *, as_said: bool) -> float:
-    """The p-value in favour, from the two-sided one and the direction of the difference."""
+    """The one-sided p-value in favour, from the two-sided one and the sign of the difference."""
     return p / 2 if as_said else 1 - p / 2
 
 
 def _both(sides: Sequence[Finding], evidence: str) -> Finding:
-    """The finding of two tests that must both be in favour."""
+    """The finding from two tests that must both be in favour."""
     p_for = max(side.p_for for side in sides)
-    # it fails where either does: twice the chance of that by luck
+    # the claim fails if either test does, which doubles the probability of that by chance
     p_against = min(1.0, 2 * min(side.p_against for side in sides))
 
     def seeds_needed(alpha: float) -> int | None:

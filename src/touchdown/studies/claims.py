@@ -1,4 +1,4 @@
-"""Claims and their verdicts: a test on the seeds' numbers decides each one, never a person."""
+"""Claims and their verdicts; each is decided by a test on the seeds' numbers, never by a person."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,25 +13,25 @@ Labels = tuple[str, ...]
 Values = Callable[[Labels, str], FloatArray]
 """One number per seed of a cell, [n], by the cell's labels and the metric's name."""
 SeedsNeeded = Callable[[float], int | None]
-"""How many seeds of each cell would likely bring a test's p-value below an alpha; None if more
-than anyone can run."""
+"""Estimated seeds per cell that bring a test's p-value below an alpha; None if more than can be
+run."""
 Verdict = Literal["holds", "does not hold", "undecided"]
 VERDICTS: tuple[Verdict, ...] = ("holds", "does not hold", "undecided")
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What a test found."""
+    """The result of a test."""
 
     p_for: float
-    """Chance of numbers at least as much in favour if the claim were only just false."""
+    """One-sided p-value in favour, if the claim were just false."""
     p_against: float
-    """Chance of numbers at least as much against it if the claim were only just true."""
+    """One-sided p-value against, if the claim were just true."""
     evidence: str
     seeds: int
-    """Seeds of the cell that has the fewest."""
+    """Number of seeds of the cell with the fewest."""
     seeds_needed: SeedsNeeded
-    """By the alpha that the two-sided p-value must be below."""
+    """Seeds needed for the two-sided p-value to be below an alpha."""
 
     @property
     def p_value(self) -> float:
@@ -43,13 +43,13 @@ class Test(Protocol):
     """Decides a claim."""
 
     def find(self, values: Values) -> Finding | None:
-        """What the numbers say; None while there are too few seeds."""
+        """Test the claim on these numbers; None if there are too few seeds."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """A statement of the paper, in our words, and the test that decides it."""
+    """A statement of the paper, paraphrased, and the test that decides it."""
 
     sentence: str
     section: str
@@ -64,14 +64,14 @@ class Decision:
     verdict: Verdict
     evidence: str
     p_value: float
-    """Two-sided, corrected for the other claims of the study; 1 while there are too few runs."""
+    """Two-sided p-value, corrected for the study's other claims; 1 if there are too few runs."""
 
 
 def decide(claims: Sequence[Claim], values: Values) -> list[Decision]:
-    """A verdict on each claim; the chance that any is wrong is at most one in twenty (Holm, 1979).
+    """Decide each claim; the probability that any verdict is wrong is at most 5% (Holm, 1979).
 
     Args:
-        claims: of one study.
+        claims: the claims of one study.
         values: the study's numbers.
     """
     findings = [claim.test.find(values) for claim in claims]
@@ -90,7 +90,7 @@ def _decision(claim: Claim, finding: Finding | None, p: float) -> Decision:
         return Decision(
             claim, "holds" if finding.p_for < finding.p_against else "does not hold", text, p
         )
-    # the correction raised the p-value; to undo it, alpha falls by the same factor
+    # the correction increased the p-value, so alpha decreases by the same factor
     needed = finding.seeds_needed(compare.ALPHA * finding.p_value / p)
     if needed is None:
         return Decision(

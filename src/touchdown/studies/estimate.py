@@ -1,4 +1,4 @@
-"""How long jobs will take, from the speed of their kinds on this machine."""
+"""Estimates how long jobs will take, from the speed of each kind of run on this machine."""
 
 import dataclasses
 import multiprocessing
@@ -30,13 +30,13 @@ from touchdown.training import pid_tuning
 from touchdown.training.pace import TrainingStatus
 from touchdown.training.trainer import Trainer
 
-_SECONDS_WARM = 1.0  # by then compilation and the first, cheaper steps are over
+_SECONDS_WARM = 1.0  # after compilation and the cheaper first steps
 _SECONDS_MEASURED = 2.0
 _FLIGHTS = 32
 
 
 class Kind(NamedTuple):
-    """What decides a run's speed."""
+    """The settings that determine a run's speed."""
 
     env_id: str
     algorithm: str
@@ -50,20 +50,20 @@ class Kind(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """What is still missing, and how long it will take."""
+    """What is missing, and how long it will take."""
 
     missing: int
     """Training runs."""
     tunings: int
-    """Missing tunings of the PID."""
+    """Number of missing PID tunings."""
     env_steps: int
-    """Environment steps of the runs, at most: a run may stop earlier."""
+    """Largest total environment steps of the runs, which may stop earlier."""
     seconds: float
-    """Of training, flights and tunings, with the given workers."""
+    """Seconds of training, flights and tunings with the given workers."""
     measured: int
-    """Kinds of run that were trained for a few seconds to know their speed."""
+    """Kinds of run that were trained for a few seconds to measure their speed."""
     unrecorded: int = 0
-    """Runs, tunings and baselines of which only flights are missing."""
+    """Runs, tunings and baselines that lack only their flights."""
 
     def __str__(self) -> str:
         """As a sentence."""
@@ -72,13 +72,13 @@ class Estimate:
         hours, minutes = divmod(max(1, round(self.seconds / 60)), 60)
         long = f"{hours} h {minutes} min" if hours else f"{minutes} min"
         runs = f"{self.missing} runs of {self.env_steps / 1e6:,.1f} million env steps"
-        tunings = f"{self.tunings} tunings of the PID"
+        tunings = f"{self.tunings} PID tunings"
         flights = f"the flights of {self.unrecorded} baselines or finished runs"
         what = [runs] * (self.missing > 0) + [tunings] * (self.tunings > 0)
         what += [flights] * (self.unrecorded > 0)
         return (
             f"{' and '.join(what)} are missing: about {long} here, "
-            "the flights of validation and test counted"
+            "including the flights of validation and test"
         )
 
 
@@ -86,12 +86,12 @@ class _Pace(NamedTuple):
     env_steps: float
     """Environment steps per second."""
     validated: bool
-    """Whether validations took part of that time."""
+    """Whether that time includes validations."""
 
 
 class _FlightTimes(NamedTuple):
     engine: float
-    """Seconds of one flight in the environment that training uses."""
+    """Seconds per flight in the training environment."""
     stock: float
 
 
@@ -119,15 +119,15 @@ def estimate(
     *,
     baselines: Sequence[BaselineJob] = (),
 ) -> Estimate:
-    """How long what is missing will take.
+    """Estimate how long the missing jobs will take.
 
     Args:
         runs: all training runs, done or not.
-        tunings: all tunings of the PID, done or not.
-        store: finished runs there tell the speed of their kind.
-        workers: jobs at a time.
+        tunings: all PID tunings, done or not.
+        store: its finished runs show the speed of their kind.
+        workers: number of parallel jobs.
         on_done: called with the share of kinds whose speed is known.
-        baselines: all of them, done or not.
+        baselines: all baselines, done or not.
     """
     missing = [job for job in runs if not job.has_results(store.runs)]
     searches = [job.tuning for job in tunings if not job.has_results(store.runs)]
@@ -145,7 +145,7 @@ def estimate(
     if searches:
         trial = _try_gains(searches[0])
         seconds += sum(trial * (1 if each.tuner == "hand" else each.trials) for each in searches)
-    # baselines and recorded flights take a second each: they are counted, not timed
+    # baselines and recorded flights take about a second each, so they are counted but not timed
     unrecorded = len(store.unrecorded([*runs, *tunings])) + len(store.missing(baselines))
     env_steps = sum(most_env_steps(job.config) for job in missing)
     return Estimate(
@@ -154,13 +154,13 @@ def estimate(
 
 
 def most_env_steps(config: Config) -> int:
-    """The most environment steps of a run: its limit, or all episodes at full length."""
+    """Largest number of environment steps of a run: its limit, or all episodes at full length."""
     training = config.training
     return training.max_env_steps or training.episodes * 1_000
 
 
 def _seconds_of(config: Config, pace: _Pace, times: _FlightTimes) -> float:
-    """Of one run: training, the choice of a checkpoint, and the test of two checkpoints."""
+    """Seconds of one run: training, checkpoint selection, and tests of two checkpoints."""
     training, env_steps = config.training, most_env_steps(config)
     flights = training.candidate_checkpoints * training.final_validation_episodes
     if not pace.validated:
@@ -180,13 +180,13 @@ def _known_paces(done: Sequence[TrainJob], store: Store) -> dict[Kind, _Pace]:
             path = RunFolder(store.runs / job.digest).episodes
             rows = records.decode_jsonl(path, EpisodeRow)
             if not rows:
-                raise UserError(f"{path}: has no episodes, though its run is finished")
+                raise UserError(f"{path}: has no episodes, but its run is finished")
             paces[kind] = _Pace(rows[-1].env_steps / max(rows[-1].seconds, 1e-9), validated=True)
     return paces
 
 
 def _fly(env_id: str) -> _FlightTimes:
-    """Time flights of the PID, which last as long as a good agent's; elsewhere random ones."""
+    """Time flights of the PID, which are as long as a good agent's; elsewhere random ones."""
     policy = lookup.load("pid" if rules.is_lander(env_id) else "random", env_id=env_id).policy
     seconds: list[float] = []
     for engine in (engines.engine_in_use(), "gymnasium"):
@@ -198,7 +198,7 @@ def _fly(env_id: str) -> _FlightTimes:
 
 
 def _try_gains(search: Tuning) -> float:
-    """Seconds of one trial of a tuning of the PID."""
+    """Seconds of one trial of a PID tuning."""
     with pid_tuning.Objective(search.rule, search.starts, search.seed) as objective:
         began = time.perf_counter()
         objective(objective.point_of(pid_tuning.HAND_PICKED))
@@ -206,7 +206,7 @@ def _try_gains(search: Tuning) -> float:
 
 
 def _measure_all(configs: Sequence[Config], workers: int) -> Iterator[_Pace]:
-    """The pace of each, measured in parallel as they will run: alone they are faster."""
+    """The pace of each kind, measured in parallel as they will run, since they are faster alone."""
     if not configs:
         return
     context = multiprocessing.get_context("spawn")
@@ -216,14 +216,14 @@ def _measure_all(configs: Sequence[Config], workers: int) -> Iterator[_Pace]:
             min(workers, len(configs)),
             mp_context=context,
             initializer=signal.signal,
-            initargs=(signal.SIGINT, signal.SIG_IGN),  # their parent decides on Ctrl-C
+            initargs=(signal.SIGINT, signal.SIG_IGN),  # the parent handles Ctrl-C
         ) as pool,
     ):
         yield from pool.map(_measure, configs)
 
 
 def _measure(config: Config) -> _Pace:
-    """The pace of one kind of run, once it makes updates."""
+    """The pace of one kind of run after its updates have begun."""
     device.use_default()
     training = dataclasses.replace(
         config.training, max_env_steps=0, episodes=1_000_000, validation_period=10**9
@@ -236,7 +236,7 @@ def _measure(config: Config) -> _Pace:
 
     def is_over() -> bool:
         if len(seen) < 3 or seen[-2][0] - seen[0][0] < _SECONDS_WARM:
-            return False  # two episodes must have ended since it was warm
+            return False  # two episodes must have ended after the warm-up
         return time.monotonic() - seen[0][0] > _SECONDS_WARM + _SECONDS_MEASURED
 
     with tempfile.TemporaryDirectory() as name:

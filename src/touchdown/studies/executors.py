@@ -1,7 +1,7 @@
-"""Executors do the jobs of a study and report events; the local one has worker processes.
+"""Executors run the jobs of a study and report events; the local one uses worker processes.
 
-A job is done once. If a worker dies its job is run again, at most twice, from what was saved by
-then. A job that is refused is not tried again: it would be refused again.
+A job is done once. If a worker dies, its job is run again, at most twice, from its last saved
+state. A job that fails with a `UserError` is not retried, as it would fail again.
 """
 
 import multiprocessing
@@ -23,26 +23,26 @@ from touchdown.studies.worker import Message
 
 RERUNS = 2
 _BETWEEN_LOOKS = 0.25  # seconds
-_PATIENCE = 60.0  # seconds for a worker to save and go
+_PATIENCE = 60.0  # seconds for a worker to save and exit
 
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """What happened to a job."""
+    """Something that happened to a job."""
 
     digest: str
     kind: Literal["started", "advanced", "done", "died", "failed"]
     progress: JobProgress = NOT_STARTED
     text: str = ""
-    """Why it failed, or why it is run again."""
+    """Reason for a failure or rerun."""
 
 
 class Executor(Protocol):
-    """Does jobs in parallel."""
+    """Runs jobs in parallel."""
 
     @property
     def workers(self) -> int:
-        """Jobs at a time."""
+        """Number of parallel jobs."""
         ...
 
     def run(
@@ -52,17 +52,17 @@ class Executor(Protocol):
         on_event: Callable[[Event], object],
         should_stop: Callable[[], bool],
     ) -> None:
-        """Do all jobs that can be done.
+        """Run all jobs that can be run.
 
         Args:
-            jobs: in the order to begin them.
-            store: folder in which each has its own in the end.
+            jobs: jobs in the order to start them.
+            store: folder in which each finished job has its own folder.
             on_event: called with each event.
-            should_stop: asked now and then; True saves unfinished jobs and stops.
+            should_stop: called regularly; True saves unfinished jobs and stops.
 
         Raises:
             Interrupted: `should_stop` returned True.
-            UserError: nothing can be written any more.
+            UserError: results can no longer be written.
         """
         ...
 
@@ -78,11 +78,11 @@ class Attempts:
         self._begun[job.digest] = self.of(job.digest) + 1
 
     def of(self, digest: str) -> int:
-        """How often a job was started."""
+        """Number of starts of a job."""
         return self._begun.get(digest, 0)
 
     def after_death(self, job: Job, why: str, waiting: deque[Job]) -> Event:
-        """The event of a worker's death; a job that may be run again becomes the next to start."""
+        """The event of a worker's death; a job that may be rerun is started next."""
         if self.of(job.digest) > RERUNS:
             return Event(job.digest, "failed", text=f"{why}, {RERUNS + 1} times")
         waiting.appendleft(job)
@@ -90,7 +90,7 @@ class Attempts:
 
 
 def outcome(job: Job, message: Message) -> Event | None:
-    """The last event of a job that is done or refused; None if the message says neither."""
+    """The final event of a done or failed job; None for other messages."""
     if message.kind == "done":
         return Event(job.digest, "done", JobProgress(1.0))
     if message.kind == "refused":
@@ -99,7 +99,7 @@ def outcome(job: Job, message: Message) -> Event | None:
 
 
 class _Worker:
-    """A process that does one job at a time."""
+    """A process that runs one job at a time."""
 
     def __init__(self, store: Path) -> None:
         context = multiprocessing.get_context("spawn")
@@ -127,7 +127,7 @@ class LocalExecutor:
     """Worker processes of this machine, one thread each.
 
     Args:
-        workers: how many; None takes one per core.
+        workers: number of processes; None uses one per core.
     """
 
     def __init__(self, workers: int | None = None) -> None:
@@ -142,7 +142,7 @@ class LocalExecutor:
         on_event: Callable[[Event], object],
         should_stop: Callable[[], bool],
     ) -> None:
-        """Do all jobs that can be done; see `Executor`."""
+        """Run all jobs that can be run; see `Executor`."""
         _LocalRun(min(self.workers, len(jobs)), jobs, store, on_event).finish(should_stop)
 
 
@@ -164,7 +164,7 @@ class _LocalRun:
 
     def finish(self, should_stop: Callable[[], bool]) -> None:
         try:
-            # one thread each is the fastest for many small trainings in parallel
+            # one thread each is fastest for many small training runs in parallel
             with threads.one_thread_each():
                 self._workers = [_Worker(self._store) for _ in range(self._count)]
                 while self._waiting or self._busy():
@@ -183,7 +183,7 @@ class _LocalRun:
         return [each for each in self._workers if each.job is not None]
 
     def _look(self) -> None:
-        """Hand out jobs, and handle what workers report."""
+        """Assign jobs to workers and handle their reports."""
         for each in self._workers:
             if each.job is None and self._waiting:
                 job = self._waiting.popleft()
@@ -197,7 +197,7 @@ class _LocalRun:
                 self._hear(each, message)
 
     def _received(self) -> Iterator[tuple[_Worker, Message | None]]:
-        """Messages of busy workers that come within a short time; None from one that is dead."""
+        """Messages that busy workers send within a short time; None from a dead worker."""
         connections = {each.connection: each for each in self._busy()}
         for ready in connection.wait(list(connections), _BETWEEN_LOOKS):
             each = connections[ready]  # pyright: ignore[reportArgumentType] - one of its keys

@@ -1,4 +1,4 @@
-"""What an executor can do: workers load no more than this before they start."""
+"""The protocol of a job; workers import only this module before they start."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,10 +8,10 @@ from typing import Protocol
 
 @dataclass(frozen=True, slots=True)
 class JobProgress:
-    """How much of a job is done."""
+    """Progress of a job."""
 
     share: float
-    """From 0 to 1."""
+    """Share that is done, from 0 to 1."""
     recent_return: float | None = None
 
 
@@ -19,19 +19,19 @@ NOT_STARTED = JobProgress(0.0)
 
 
 class Job(Protocol):
-    """Something to do once, which can be stopped and resumed, into a folder of its own."""
+    """A unit of work that can be stopped and resumed, with its own folder."""
 
     @property
     def digest(self) -> str:
-        """What identifies the job; its folder has this name."""
+        """Identifier of the job and name of its folder."""
         ...
 
     def has_results(self, store: Path) -> bool:
-        """Whether its folder holds its numbers; recorded flights may still be missing."""
+        """Whether its folder has its results; recorded flights may still be missing."""
         ...
 
     def is_done(self, store: Path) -> bool:
-        """Whether its folder holds all its files."""
+        """Whether its folder has all its files."""
         ...
 
     def perform(
@@ -40,15 +40,15 @@ class Job(Protocol):
         should_stop: Callable[[], bool],
         on_progress: Callable[[JobProgress], object],
     ) -> None:
-        """Do what is missing.
+        """Do the missing parts.
 
         Args:
             store: folder of all jobs' folders.
-            should_stop: asked now and then; True saves and raises `Interrupted`.
-            on_progress: called now and then.
+            should_stop: called regularly; True saves and raises `Interrupted`.
+            on_progress: called regularly.
 
         Raises:
             Interrupted: `should_stop` returned True.
-            UserError: it cannot be done, and trying again would not help.
+            UserError: it cannot be done, and retrying would not help.
         """
         ...

@@ -1,4 +1,4 @@
-"""A study: a base config, one or two factors with their levels, and seeds; and its runs."""
+"""A study (a base config, one or two factors with levels, and seeds) and its runs."""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -18,28 +18,28 @@ from touchdown.studies.metrics import METRICS, TEST_METRICS
 
 FORMAT_VERSION = 1
 FIRST_TUNING_SEED = 10_000
-"""Training seeds from here on are for choosing settings; no result is reported on them."""
+"""Training seeds from this one on are reserved for tuning; no reported result uses them."""
 
 Changes = Mapping[str, Any]
-"""Changes to a config: a section's as a mapping, a field's as a value; `preset` starts from another
+"""Changes to a config: a mapping for a section, a value for a field; `preset` starts from another
 preset."""
 
 
 @dataclass(frozen=True, slots=True)
 class Level:
-    """One value of a factor."""
+    """One level of a factor."""
 
     label: str
     changes: Changes
     position: float | None = None
-    """Its place on the factor's axis; None where values are words."""
+    """Its position on the factor's axis; None if values are words."""
     series: str = ""
-    """The line of a figure that it belongs to, where a factor has several."""
+    """Its line in a figure, if a factor has several lines."""
 
 
 @dataclass(frozen=True, slots=True)
 class Factor:
-    """What is varied."""
+    """A factor: what a study varies."""
 
     name: str
     levels: tuple[Level, ...]
@@ -47,14 +47,14 @@ class Factor:
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """One level of each factor, with the settings that follow; the seed is still open."""
+    """A combination of one level of each factor, with the resulting settings except the seed."""
 
     labels: tuple[str, ...]
     config: Config
 
     @property
     def name(self) -> str:
-        """As it stands in tables."""
+        """Name of the cell in tables."""
         return " · ".join(self.labels)
 
 
@@ -72,34 +72,34 @@ class PlannedRun:
 
     @property
     def digest(self) -> str:
-        """What the run is known by: studies that plan the same run share it."""
+        """Identifier of the run; studies with the same run share it."""
         return self.config.digest
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Study:
-    """What is varied, from which base, and over how many seeds.
+    """A study: its base settings, factors and number of seeds.
 
     Raises:
-        UserError: a factor without levels, two levels of one name, more than two factors, a level
-            whose changes the config refuses, or a metric that is unknown or needs a test.
+        UserError: a factor without levels, duplicate levels, more than two factors, a level with
+            invalid settings, or a metric that is unknown or needs a test.
     """
 
     name: str
     factors: tuple[Factor, ...]
     seeds: int
     base: str = "paper-best"
-    """The preset that all cells start from, unless a level names another."""
+    """The preset that all cells start from, unless a level names another one."""
     changes: Changes = field(default_factory=dict[str, Any])
-    """Changes of all cells; a level's own changes are made after them."""
+    """Changes to all cells, applied before those of a level."""
     base_level: str = ""
-    """What the others are compared with: a level of the first factor, or a whole cell's name; the
-    first cell if empty."""
+    """The baseline: a level of the first factor, or the full name of a cell; if empty, the first
+    cell."""
     first_seed: int = 0
-    """The least training seed. A search for settings takes `FIRST_TUNING_SEED` or above."""
+    """The smallest training seed. Tuning uses `FIRST_TUNING_SEED` or above."""
     metric: str = "best_return"
-    """What its report shows and compares, one of `METRICS`. A study without a test
-    (`test_episodes = 0`) has no return on test starts: it takes `validation_return`."""
+    """Metric that its report shows and compares, one of `METRICS`. A study without a test
+    (`test_episodes = 0`) has no test return and needs `validation_return`."""
     title: str = ""
     section: str = ""
     question: str = ""
@@ -118,7 +118,7 @@ class Study:
                 raise UserError(f"factor {factor.name!r}: has no levels, must have at least 1")
             twice = next((label for label in labels if labels.count(label) > 1), None)
             if twice is not None:
-                raise UserError(f"factor {factor.name!r}: has {twice!r} twice")
+                raise UserError(f"factor {factor.name!r}: has level {twice!r} twice")
         untested = any(not cell.config.training.test_episodes for cell in self.cells())
         if untested and self.metric in TEST_METRICS:
             raise UserError(
@@ -130,28 +130,28 @@ class Study:
             raise UserError(f"base_level = {self.base_level!r}: must be one of {', '.join(names)}")
 
     def labels(self, factor: int) -> list[str]:
-        """The labels of a factor's levels, in their order."""
+        """The labels of a factor's levels, in order."""
         return [level.label for level in self.factors[factor].levels]
 
     def cells(self) -> list[Cell]:
-        """Every combination of levels, the last factor's fastest."""
+        """Every combination of levels; the last factor varies fastest."""
         return [
             Cell(tuple(level.label for level in levels), self._config_of(levels))
             for levels in itertools.product(*(factor.levels for factor in self.factors))
         ]
 
     def runs(self, seeds: int | None = None) -> list[PlannedRun]:
-        """All runs, seed by seed: a study that is stopped early has a few seeds of every cell.
+        """All runs, ordered by seed, so that a study stopped early has a few seeds of every cell.
 
         Args:
-            seeds: how many, if not the study's own number.
+            seeds: number of seeds; None uses the study's own number.
         """
         count = self.seeds if seeds is None else seeds
         seeds_in_order = range(self.first_seed, self.first_seed + count)
         return [PlannedRun(cell, seed) for seed in seeds_in_order for cell in self.cells()]
 
     def base_cell(self) -> Cell:
-        """The cell that the others are compared with."""
+        """The baseline cell."""
         wanted = self.base_level or self.labels(0)[0]
         return next(cell for cell in self.cells() if wanted in (cell.name, cell.labels[0]))
 
@@ -166,14 +166,14 @@ class Study:
 
 
 def check_seeds(seeds: int, first_seed: int = 0) -> None:
-    """Refuse a number of seeds that cannot be run.
+    """Refuse an invalid number of seeds.
 
     Args:
-        seeds: how many.
-        first_seed: the least of them.
+        seeds: number of seeds.
+        first_seed: smallest seed.
 
     Raises:
-        UserError: there are none, or they begin below `FIRST_TUNING_SEED` and reach it.
+        UserError: the number is 0, or the seeds begin below `FIRST_TUNING_SEED` and reach it.
     """
     if first_seed < 0:
         raise UserError(f"first_seed = {first_seed}: must be at least 0")
@@ -232,14 +232,14 @@ def from_toml(path: Path) -> Study:
     """The study in a TOML file.
 
     Raises:
-        UserError: an unreadable file, an unknown field, an empty factor, a value that the config
-            refuses, another format version.
+        UserError: unreadable file, unknown field, empty factor, invalid value, or another format
+            version.
     """
     file = records.convert(toml.read_toml(path), _StudyFile, path)
     if file.format_version != FORMAT_VERSION:
         raise UserError(
-            f"{path}: format_version = {file.format_version!r}: this touchdown reads "
-            f"{FORMAT_VERSION}"
+            f"{path}: format_version = {file.format_version!r}: must be {FORMAT_VERSION} "
+            "in this version of touchdown"
         )
     try:
         return Study(

@@ -1,7 +1,7 @@
-"""Does the jobs of a study on a Ray cluster; records return through Ray, so no disk is shared.
+"""Runs the jobs of a study on a Ray cluster; records return through Ray, without a shared disk.
 
-A node works in a folder of its own. After each checkpoint the run's whole folder is sent to the
-machine that runs the study. If a node is lost its jobs continue elsewhere from what was sent last.
+A node works in its own folder. After each checkpoint it sends the run's complete folder to the
+machine that runs the study. If a node is lost, its jobs continue elsewhere from that folder.
 """
 
 import io
@@ -29,16 +29,16 @@ from touchdown.studies.job import Job
 from touchdown.studies.worker import Message, attempt
 
 _BETWEEN_LOOKS = 0.5  # seconds
-_BETWEEN_SENDS = 5.0  # seconds between two folders sent of one job
-_PATIENCE = 60.0  # seconds for unfinished jobs to be saved
+_BETWEEN_SENDS = 5.0  # seconds between sending two folders of one job
+_PATIENCE = 60.0  # seconds for saving unfinished jobs
 
 
 class RayExecutor:
-    """Jobs on a Ray cluster, one CPU each.
+    """Runs jobs on a Ray cluster with one CPU each.
 
     Args:
         address: `ray` for the cluster that this machine belongs to, or `ray://host:port`.
-        workers: jobs at the same time; None takes one per CPU of the cluster.
+        workers: parallel jobs; None uses one per CPU of the cluster.
 
     Raises:
         UserError: the cluster cannot be reached.
@@ -53,7 +53,7 @@ class RayExecutor:
 
     @property
     def workers(self) -> int:
-        """Jobs at a time: nodes may come and go."""
+        """Number of parallel jobs; nodes may join and leave."""
         if self._workers is not None:
             return self._workers
         return max(1, int(ray.cluster_resources().get("CPU", 1)))
@@ -65,14 +65,14 @@ class RayExecutor:
         on_event: Callable[[Event], object],
         should_stop: Callable[[], bool],
     ) -> None:
-        """Do all jobs that can be done; see `Executor`."""
+        """Run all jobs that can be run; see `Executor`."""
         _RayRun(jobs, store, on_event, lambda: self.workers).finish(should_stop)
 
 
 def _connect(address: str) -> None:
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # the error below says the same
+            warnings.simplefilter("ignore")  # the error below has the same content
             ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR)
     except (ConnectionError, RuntimeError, ValueError, OSError, RayError) as error:
         raise UserError(
@@ -81,7 +81,7 @@ def _connect(address: str) -> None:
 
 
 class _Mailbox:
-    """Receives what nodes send: an actor on the study's own machine, so that it outlives them."""
+    """Receives messages of nodes: an actor on the study's own machine, which outlives them."""
 
     def __init__(self) -> None:
         self._messages: list[tuple[str, int, Message]] = []
@@ -89,29 +89,29 @@ class _Mailbox:
         self._stop = False
 
     def tell(self, digest: str, number: int, message: Message) -> bool:
-        """Take a message on a job; returns whether the job is to stop."""
+        """Receive a message about a job; return whether the job must stop."""
         self._messages.append((digest, number, message))
         return self._stop
 
     def send(self, digest: str, number: int, folder: bytes) -> bool:
-        """Take a job's folder; a later attempt's replaces an earlier one's."""
+        """Receive a job's folder; that of a later attempt replaces an earlier one."""
         if number >= self._folders.get(digest, (0, b""))[0]:
             self._folders[digest] = (number, folder)
         return self._stop
 
     def stop(self) -> None:
-        """Stop every job when it next asks."""
+        """Stop every job at its next message."""
         self._stop = True
 
     def collect(self) -> tuple[list[tuple[str, int, Message]], dict[str, bytes]]:
-        """What came since the last call."""
+        """Messages and folders received since the last call."""
         messages, self._messages = self._messages, []
         folders, self._folders = self._folders, {}
         return messages, {digest: folder for digest, (_, folder) in folders.items()}
 
 
 def _work(job: Job, number: int, folder: bytes | None, mailbox: Any) -> tuple[Message, bytes]:
-    """Do a job on a node; returns how it ended, and its folder."""
+    """Do a job on a node; return how it ended, and its folder."""
     os.environ["OMP_NUM_THREADS"] = "1"
     stop = threading.Event()
     over = threading.Event()
@@ -128,7 +128,7 @@ def _work(job: Job, number: int, folder: bytes | None, mailbox: Any) -> tuple[Me
                 if seen is None or seen == newest:
                     continue
                 packed = _pack(store / job.digest)
-                # a checkpoint that was replaced meanwhile is sent the next time
+                # a checkpoint that has just been replaced is sent next time
                 if packed is not None and _newest(store / job.digest) == seen:
                     newest = seen
                     if ray.get(mailbox.send.remote(job.digest, number, packed)):
@@ -162,12 +162,12 @@ class _RayRun:
         self._running: dict[Any, Job] = {}
         self._refused: str | None = None
         here = ray.get_runtime_context().get_node_id()
-        # a soft affinity would let Ray place it on another node, with which it would be lost
+        # with a soft affinity Ray could place it on another node and lose it with that node
         strategy = NodeAffinitySchedulingStrategy(here, soft=False)
         self._mailbox: Any = (
             ray.remote(_Mailbox).options(num_cpus=0, scheduling_strategy=strategy).remote()
         )
-        # retries are decided here, where it is known what the job had saved
+        # retries are decided here, where the saved state of the job is known
         self._work: Any = ray.remote(_work).options(num_cpus=1, max_retries=0)
 
     def finish(self, should_stop: Callable[[], bool]) -> None:
@@ -208,7 +208,7 @@ class _RayRun:
                 self._end(job, message, folder)
 
     def _collect(self) -> None:
-        """Handle what nodes have sent."""
+        """Handle messages from nodes."""
         messages, folders = ray.get(self._mailbox.collect.remote())
         for digest, folder in folders.items():
             self._unpack(folder, digest)
@@ -235,7 +235,7 @@ class _RayRun:
             self._refused = f"{self._store / digest}: cannot be written: {one_line(error)}"
 
     def _stop(self) -> None:
-        """Have nodes save their unfinished jobs and send them here."""
+        """Make nodes save their unfinished jobs and send them here."""
         self._waiting.clear()
         ray.get(self._mailbox.stop.remote())
         until = time.monotonic() + _PATIENCE
@@ -254,7 +254,7 @@ def _newest(folder: Path) -> str | None:
 
 
 def _pack(folder: Path) -> bytes | None:
-    """A folder's files as a tar; None where there is none, or a file has just vanished."""
+    """A folder's files as a tar archive; None if there is none, or a file has just vanished."""
     if not folder.is_dir():
         return None
     buffer = io.BytesIO()
@@ -271,10 +271,10 @@ def _pack(folder: Path) -> bytes | None:
 
 
 def _unpack(packed: bytes, folder: Path) -> None:
-    """Replace what is there by a packed folder, in one rename.
+    """Replace a folder by a packed one, atomically.
 
     Raises:
-        OSError: it cannot be written; what was there stays.
+        OSError: it cannot be written; the old folder is kept.
     """
     old = folder.with_name(f".{folder.name}.{os.getpid()}.old.tmp")
 

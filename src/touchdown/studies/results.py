@@ -26,12 +26,12 @@ from touchdown.studies.store import Store
 from touchdown.studies.tuners import Tuned
 from touchdown.studies.work import LAST, PidJob
 
-_BINS = 24  # of training, for the share of episodes that run to the limit
+_BINS = 24  # of training, for the share of episodes that reach the limit
 
 
 @dataclass(frozen=True, slots=True)
 class RunResult:
-    """One finished run in numbers."""
+    """The numbers of a finished run."""
 
     path: Path
     """Its folder."""
@@ -39,10 +39,10 @@ class RunResult:
     seed: int
     best_return: float
     last_return: float
-    """As `best_return`, `worst_return`, `share_solved` and `landed` NaN where there was no test."""
+    """Like `best_return`, `worst_return`, `share_solved` and `landed`, NaN if there was no test."""
     validation_return: float
     last_validation: float
-    """Of the last weights, on as many starts as each validation during training."""
+    """Validation return of the final weights, on as many starts as in each validation."""
     early_return: float
     area: float
     hover_share: float
@@ -51,21 +51,21 @@ class RunResult:
     landed: float
     env_steps: int
     seconds: float
-    """Of training; until it was known to be solved, where the run stops then."""
+    """Seconds of training; until it was known to be solved, if the run stops then."""
     env_steps_to_solved: float
     """Environment steps before a validation first reached the threshold; ∞ if none did."""
     seconds_to_solved: float
     test: Summary | None
-    """Of the chosen checkpoint's test flights; None where there was no test."""
+    """Summary of the selected checkpoint's test flights; None if there was no test."""
     validations: tuple[tuple[float, ...], tuple[float, ...]]
-    """Environment steps, and mean returns."""
+    """Environment steps and mean returns of the validations."""
     hovering: tuple[tuple[float, ...], tuple[float, ...]]
     """Environment steps at the ends of equal parts of training, and the share of each part's
-    episodes that ran to the time limit; parts in which no episode ended are left out."""
+    episodes that reached the time limit; parts in which no episode ended are left out."""
 
     @property
     def name(self) -> str:
-        """Its folder's name; for a study's runs it is their digest."""
+        """Name of its folder; for a study's runs, their digest."""
         return self.path.name
 
     @property
@@ -81,25 +81,25 @@ class RunResult:
 
 @dataclass(frozen=True, slots=True)
 class StudyResults:
-    """A study's finished runs, and those that are missing."""
+    """A study's finished and missing runs."""
 
     study: Study
     seeds: int
     runs: tuple[RunResult, ...]
     missing: int
     failed: dict[str, str]
-    """Why, by digest."""
+    """Reason for each failure, by digest."""
 
     @property
     def planned(self) -> int:
-        """Runs of the study."""
+        """Number of runs of the study."""
         return len(self.study.cells()) * self.seeds
 
     def values(self, labels: tuple[str, ...], metric: str = "best_return") -> FloatArray:
         """One number per finished seed of a cell, [n], in the order of the seeds.
 
         Args:
-            labels: of the cell.
+            labels: the cell's labels.
             metric: one of `METRICS`.
         """
         return np.array([getattr(run, metric) for run in self.of(labels)], float)
@@ -109,7 +109,7 @@ class StudyResults:
         return [run for run in self.runs if run.labels == labels]
 
     def table(self) -> pl.DataFrame:
-        """A row for each finished run: cell, seed and numbers; null for what it has not."""
+        """A row for each finished run: cell, seed and numbers; null for missing ones."""
         rows: list[dict[str, Any]] = []
         for run in self.runs:
             row: dict[str, Any] = {"study": self.study.name}
@@ -159,11 +159,11 @@ def read_study(study: Study, seeds: int, store: Store) -> StudyResults:
 
 
 def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
-    """A finished run in numbers.
+    """The numbers of a finished run.
 
     Args:
         path: the run's folder.
-        labels: of its cell.
+        labels: its cell's labels.
         seed: its training seed.
 
     Raises:
@@ -174,9 +174,9 @@ def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
     episodes = records.decode_jsonl(folder.episodes, EpisodeRow)
     validations = records.decode_jsonl(folder.validations, ValidationRow)
     if not episodes or not episodes[-1].env_steps:
-        raise UserError(f"{folder.episodes}: has no steps, though its run is finished")
+        raise UserError(f"{folder.episodes}: has no steps, but its run is finished")
     if not validations:
-        raise UserError(f"{folder.validations}: is empty, though its run is finished")
+        raise UserError(f"{folder.validations}: is empty, but its run is finished")
     at = [float(row.env_steps) for row in validations]
     means = [row.mean_return for row in validations]
     ends = np.array([row.env_steps for row in episodes], float)
@@ -214,7 +214,7 @@ def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
 
 
 def _test_of(folder: RunFolder) -> tuple[Evaluation | None, Evaluation | None]:
-    """The test of the chosen checkpoint and of the last weights; None without a test."""
+    """The test of the selected checkpoint and of the final weights; None without a test."""
     if not folder.evaluation.is_file():
         return None, None
     chosen = read_evaluations(folder.evaluation)[0]
@@ -235,11 +235,11 @@ def _hovering(
 
 @dataclass(frozen=True, slots=True)
 class PidResult:
-    """One tuning of the PID, and its test episodes."""
+    """A PID tuning and its test episodes."""
 
     job: PidJob
     trained_return: float
-    """The best trial's mean over its training starts."""
+    """The best trial's mean return over its training starts."""
     history: tuple[float, ...]
     test: Evaluation
     path: Path
@@ -247,7 +247,7 @@ class PidResult:
 
 
 def read_pid(jobs: Sequence[PidJob], store: Store) -> list[PidResult]:
-    """Read the tunings that are tested.
+    """Read the tunings that have been tested.
 
     Raises:
         UserError: their files are broken.

@@ -1,4 +1,4 @@
-"""Run the jobs of studies that are missing, and report their state."""
+"""Runs the missing jobs of studies and reports their state."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -13,18 +13,18 @@ from touchdown.studies.work import TrainJob
 
 @dataclass(slots=True)
 class State:
-    """How much of a study is done."""
+    """Progress of a study."""
 
     total: int
     done: int
-    """Jobs done, those from before included."""
+    """Number of done jobs, including earlier ones."""
     running: dict[str, JobProgress] = field(default_factory=dict[str, JobProgress])
     failed: dict[str, str] = field(default_factory=dict[str, str])
     died: int = 0
 
     @property
     def share(self) -> float:
-        """The share of all jobs that is done; running ones count in part."""
+        """The share of all jobs that is done; running ones count partially."""
         if not self.total:
             return 1.0
         under_way = sum(progress.share for progress in self.running.values())
@@ -32,9 +32,9 @@ class State:
 
 
 def jobs_of(studies: Sequence[tuple[Study, int]]) -> list[TrainJob]:
-    """The training runs of studies, each with its number of seeds: seed by seed, each run once."""
+    """The training runs of studies with their numbers of seeds, by seed, without duplicates."""
     planned = [run for study, seeds in studies for run in study.runs(seeds)]
-    planned.sort(key=lambda run: run.seed)  # stable: studies keep their order
+    planned.sort(key=lambda run: run.seed)  # a stable sort: studies keep their order
     return list({run.digest: TrainJob(run.config) for run in planned}.values())
 
 
@@ -46,14 +46,14 @@ def run_jobs(
     on_state: Callable[[State, Event], object] = lambda _state, _event: None,
     should_stop: Callable[[], bool] = lambda: False,
 ) -> State:
-    """Do what is missing.
+    """Run the missing jobs.
 
     Args:
-        jobs: all, done or not.
-        store: where their results are kept.
-        executor: does them.
+        jobs: all jobs, done or not.
+        store: the store for their results.
+        executor: runs them.
         on_state: called after each event.
-        should_stop: asked now and then; True saves unfinished jobs and stops.
+        should_stop: called regularly; True saves unfinished jobs and stops.
 
     Returns:
         The state at the end; it names the jobs that failed.

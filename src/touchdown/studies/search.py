@@ -1,4 +1,4 @@
-"""Search an agent's settings with Optuna: several seeds per trial, pruned by the median."""
+"""Searches hyper-parameters with Optuna: several seeds per trial, pruned by the median."""
 
 import dataclasses
 import warnings
@@ -21,19 +21,19 @@ from touchdown.studies.plan import FIRST_TUNING_SEED, nested
 from touchdown.studies.store import Store
 from touchdown.studies.work import TrainJob
 
-_STARTUP = 5  # trials before the median prunes
+_STARTUP = 5  # trials before median pruning begins
 
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """Numbers between two bounds."""
+    """A range of numbers."""
 
     low: float
     high: float
     log: bool = False
     whole: bool = False
     from_one: bool = False
-    """The range is of 1 minus the setting: 0.99 to 0.999 is then as wide as 0.9 to 0.99."""
+    """The range applies to 1 minus the setting, so that 0.99 to 0.999 is as wide as 0.9 to 0.99."""
 
     def suggest(self, trial: optuna.trial.BaseTrial, name: str) -> float | int:
         """The value for a trial."""
@@ -56,26 +56,26 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Searched:
-    """What a search has found so far."""
+    """The result of a search so far."""
 
     best: Config
-    """The winner, with the preset's seed and test."""
+    """The best settings, with the preset's seed and test."""
     value: float
     """Mean final validation return over the trial's seeds."""
     changed: Mapping[str, Any]
-    """The winner's settings that were searched, by dotted name."""
+    """The best values of the searched settings, by dotted name."""
     trials: int
-    """Complete and pruned."""
+    """Number of complete and pruned trials."""
     pruned: int
     importance: Mapping[str, float]
-    """Of each setting, summing to 1; empty while there are too few trials."""
+    """Importance of each setting, summing to 1; empty if there are too few trials."""
 
 
 def space_of(config: Config) -> dict[str, Range | Choice]:
-    """What is searched, by dotted name: the settings that an algorithm depends on most.
+    """The searched settings by dotted name: those that an algorithm depends on most.
 
     Raises:
-        UserError: the algorithm is not one that can be searched.
+        UserError: the algorithm cannot be searched.
     """
     found: dict[str, Range | Choice] = {
         "learning.learning_rate": Range(1e-4, 2e-3, log=True),
@@ -93,7 +93,7 @@ def space_of(config: Config) -> dict[str, Range | Choice]:
             "rollout.minibatches": Choice((4, 8, 16, 32)),
         }
     if config.algorithm != "dqn":
-        raise UserError(f"algorithm = {config.algorithm!r}: must be dqn or pqn to be searched")
+        raise UserError(f"algorithm = {config.algorithm!r}: must be dqn or pqn for a search")
     found["learning.batch_size"] = Choice((32, 64, 128))
     if config.learning.target_period:
         found["learning.target_period"] = Range(50, 5_000, log=True, whole=True)
@@ -103,15 +103,15 @@ def space_of(config: Config) -> dict[str, Range | Choice]:
 
 
 def open_study(url: str, name: str, seed: int) -> optuna.Study:
-    """Open a search in a storage, or make a new one.
+    """Open a search in a storage, or create one.
 
     Args:
         url: Optuna's storage.
-        name: of the search in it.
-        seed: of the sampler.
+        name: name of the search in it.
+        seed: seed of the sampler.
 
     Raises:
-        UserError: the storage cannot be reached, or holds something else.
+        UserError: the storage cannot be reached, or contains something else.
     """
     optuna.logging.set_verbosity(optuna.logging.ERROR)
     try:
@@ -139,18 +139,18 @@ def search(
     on_trial: Callable[[int, float | None], object] = lambda _count, _best: None,
     should_stop: Callable[[], bool] = lambda: False,
 ) -> Searched:
-    """Make trials until there are enough; those made before count.
+    """Run trials until there are enough, counting earlier ones.
 
     Args:
-        study: of Optuna.
-        base: settings, of which the search changes some.
-        store: where the trials' runs are kept.
+        study: the Optuna study.
+        base: settings, some of which the search changes.
+        store: the store for the trials' runs.
         executor: runs a trial's seeds in parallel.
-        trials: how many in all.
-        seeds: training seeds of each trial.
-        alone: whether no other machine makes trials of this search.
+        trials: total number of trials.
+        seeds: training seeds per trial.
+        alone: whether no other machine runs trials of this search.
         on_trial: called after each with the number of trials and the best value.
-        should_stop: asked now and then.
+        should_stop: called regularly.
 
     Raises:
         Interrupted: `should_stop` returned True.
@@ -229,7 +229,7 @@ def _return_of(job: TrainJob, store: Store, *, failed: bool) -> float:
 def _found(study: optuna.Study, base: Config, space: Mapping[str, Range | Choice]) -> Searched:
     complete = study.get_trials(deepcopy=False, states=[optuna.trial.TrialState.COMPLETE])
     if not complete:
-        raise UserError("trials: none was completed; ask for more of them")
+        raise UserError("trials: none was completed; increase their number")
     best = study.best_trial
     fixed = optuna.trial.FixedTrial(best.params)
     changed = {name: of.suggest(fixed, name) for name, of in space.items()}
@@ -250,19 +250,19 @@ def _importance(
     if len(complete) < 2 * _STARTUP:
         return {}
     with warnings.catch_warnings():
-        # the only evaluator that needs no other package; Optuna calls it experimental
+        # the only evaluator without another package; Optuna calls it experimental
         warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
         evaluator = optuna.importance.PedAnovaImportanceEvaluator()
     return dict(optuna.importance.get_param_importances(study, evaluator=evaluator))
 
 
 def storage_url(store: Store) -> str:
-    """The URL of a SQLite file in the folder of results."""
+    """The URL of a SQLite file in the results folder."""
     return f"sqlite:///{(store.path / 'search.sqlite3').resolve()}"
 
 
 def comment_of(found: Searched, preset: str, seeds: int) -> str:
-    """How the winner was found, as TOML comments."""
+    """How the best settings were found, as TOML comments."""
     settings = "\n".join(f"#   {name} = {value}" for name, value in found.changed.items())
     first, last = FIRST_TUNING_SEED, FIRST_TUNING_SEED + seeds - 1
     return (
@@ -273,5 +273,5 @@ def comment_of(found: Searched, preset: str, seeds: int) -> str:
 
 
 def path_beside(path: Path, ending: str) -> Path:
-    """A file beside another, with the same stem and another ending."""
+    """A file next to another one, with the same stem and another ending."""
     return path.with_name(f"{path.stem}{ending}")

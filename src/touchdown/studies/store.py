@@ -1,4 +1,4 @@
-"""The folder of results, shared by all studies: a run that two of them plan is run once."""
+"""The results folder, shared by all studies: a run that two of them contain is run once."""
 
 import fcntl
 from collections.abc import Generator, Sequence
@@ -35,7 +35,7 @@ class _Failure(Struct, frozen=True):
 
 @dataclass(frozen=True, slots=True)
 class Store:
-    """A folder of results: `studies.json`, `runs/<digest>/`, `logs/`, `reports/`."""
+    """A results folder: `studies.json`, `runs/<digest>/`, `logs/`, `reports/`."""
 
     path: Path
 
@@ -46,49 +46,49 @@ class Store:
 
     @property
     def failures(self) -> Path:
-        """Why jobs failed when they were last tried, a file for each."""
+        """Reasons of failed jobs, one file each."""
         return self.path / "failed"
 
     def missing(self, jobs: Sequence[SomeJob]) -> list[SomeJob]:
-        """The jobs that are not done, each once, in their order."""
+        """The jobs that are not done, in order, without duplicates."""
         each_once = {job.digest: job for job in jobs}
         return [job for job in each_once.values() if not job.is_done(self.runs)]
 
     def without_results(self, jobs: Sequence[SomeJob]) -> list[SomeJob]:
-        """The jobs that have no results yet, each once, in their order."""
+        """The jobs without results, in order, without duplicates."""
         each_once = {job.digest: job for job in jobs}
         return [job for job in each_once.values() if not job.has_results(self.runs)]
 
     def unrecorded(self, jobs: Sequence[SomeJob]) -> list[SomeJob]:
-        """The jobs that have results, but not all their recorded flights."""
+        """The jobs that have results, but lack some recorded flights."""
         return [job for job in self.missing(jobs) if job.has_results(self.runs)]
 
     def failed(self) -> dict[str, str]:
-        """Why jobs failed when they were last tried, by digest."""
+        """The reason of each failed job, by digest."""
         if not self.failures.is_dir():
             return {}
         found = sorted(self.failures.glob("*.json"))
         return {path.stem: records.decode_json(path, _Failure).reason for path in found}
 
     def note_failure(self, digest: str, reason: str) -> None:
-        """Remember why a job failed."""
+        """Record why a job failed."""
         self.failures.mkdir(exist_ok=True)
         files.write_atomic(self.failures / f"{digest}.json", files.to_json(_Failure(reason)))
 
     def forget_failure(self, digest: str) -> None:
-        """Forget why a job failed: it is being tried again."""
+        """Delete the reason of a failure, when the job is retried."""
         (self.failures / f"{digest}.json").unlink(missing_ok=True)
 
 
 def open_store(path: Path, *, make: bool = False) -> Store:
-    """Open a folder of results.
+    """Open a results folder.
 
     Args:
-        path: of the folder.
-        make: whether to make it if it does not exist.
+        path: the folder.
+        make: whether to create it if it does not exist.
 
     Raises:
-        UserError: it is not there, of another version, something else, or cannot be written.
+        UserError: it does not exist, has another version, is something else, or cannot be written.
     """
     mark = path / _MARK
     if mark.is_file():
@@ -99,12 +99,12 @@ def open_store(path: Path, *, make: bool = False) -> Store:
         return Store(path)
     if not make:
         raise UserError(
-            f"results_dir {str(path)!r}: holds no studies; `touchdown study run` begins one"
+            f"results_dir {str(path)!r}: has no studies; `touchdown study run` starts one"
         )
     try:
         if path.exists() and (not path.is_dir() or any(path.iterdir())):
             raise UserError(
-                f"results_dir {str(path)!r}: holds other things; choose an empty or a new folder"
+                f"results_dir {str(path)!r}: contains other files; choose an empty or new folder"
             )
     except OSError as error:
         raise UserError(f"results_dir {str(path)!r}: cannot be read: {one_line(error)}") from None
@@ -117,7 +117,7 @@ def open_store(path: Path, *, make: bool = False) -> Store:
 
 @contextmanager
 def held(store: Store) -> Generator[None]:
-    """Hold the lock on a folder of results until the block ends or the process dies.
+    """Hold the lock on a results folder until the block ends or the process dies.
 
     Raises:
         UserError: another process holds it.
@@ -133,7 +133,7 @@ def held(store: Store) -> Generator[None]:
 
 
 class _BegunFile(Struct, frozen=True):
-    """How a study was last started, as `begun/<name>.json` records it."""
+    """How a study was last started, as recorded in `begun/<name>.json`."""
 
     scale: str
     seeds: Annotated[int, Meta(ge=0, le=FIRST_TUNING_SEED)]
@@ -152,7 +152,7 @@ class StartedStudy:
 
 
 def note_started(store: Store, study: StartedStudy) -> None:
-    """Remember how a study was started."""
+    """Record how a study was started."""
     folder = store.path / "begun"
     folder.mkdir(exist_ok=True)
     content = _BegunFile(study.scale, study.seeds, study.file)
@@ -160,10 +160,10 @@ def note_started(store: Store, study: StartedStudy) -> None:
 
 
 def list_started(store: Store) -> list[StartedStudy]:
-    """Every study that was started in a folder of results, by name.
+    """Every study that was started in a results folder, by name.
 
     Raises:
-        UserError: what was remembered is broken.
+        UserError: a record is broken.
     """
     return [_read_begun(path) for path in sorted((store.path / "begun").glob("*.json"))]
 

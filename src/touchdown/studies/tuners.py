@@ -1,4 +1,4 @@
-"""Ways to find a PID's gains: by hand, by Twiddle, and by two samplers of Optuna."""
+"""Tuners of PID gains: by hand, Twiddle, and two Optuna samplers."""
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -20,7 +20,7 @@ _WIDE = (-2.0, 2.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tuning:
-    """How gains are searched.
+    """Settings of a search for gains.
 
     Raises:
         UserError: a number is out of range.
@@ -28,12 +28,12 @@ class Tuning:
 
     tuner: Tuner
     seed: int
-    """Decides the training starts and a sampler's draws."""
+    """Seed of the training starts and of a sampler."""
     rule: Rule = "signed"
     trials: int = 200
-    """The most gains to try; the same for every tuner."""
+    """Largest number of trials, the same for every tuner."""
     starts: int = 100
-    """Training starts that each trial flies."""
+    """Training starts per trial."""
     test_episodes: int = 100
 
     def __post_init__(self) -> None:
@@ -42,17 +42,17 @@ class Tuning:
                 raise UserError(f"{name} = {getattr(self, name)}: must be at least 1")
 
     def to_dict(self) -> dict[str, Any]:
-        """All that decides the gains."""
+        """Everything that determines the gains."""
         return asdict(self)
 
 
 @dataclass(frozen=True, slots=True)
 class Tuned:
-    """What a tuner found."""
+    """The result of a tuner."""
 
     gains: PIDConfig
     best_return: float
-    """Mean over the training starts of its trials."""
+    """Mean return over the training starts of its trials."""
     history: tuple[float, ...]
     """The best mean return after each trial."""
 
@@ -61,7 +61,7 @@ class Tuned:
         return asdict(self)
 
     def to_toml(self) -> str:
-        """The gains alone, as `fly` and `evaluate` take them."""
+        """The gains in the form that `fly` and `evaluate` read."""
         return tomli_w.dumps(asdict(self.gains))
 
 
@@ -69,11 +69,11 @@ def tune(tuning: Tuning, on_trial: Callable[[float, float], object]) -> Tuned:
     """Find gains.
 
     Args:
-        tuning: how.
+        tuning: settings of the search.
         on_trial: called after each trial with the share of trials done and the best mean return.
 
     Raises:
-        UserError: a sampler is wanted and Optuna is not installed.
+        UserError: the tuner is an Optuna sampler and Optuna is not installed.
     """
     with Objective(tuning.rule, tuning.starts, tuning.seed) as objective:
         search = _Search(objective, tuning.trials, on_trial)
@@ -87,7 +87,7 @@ def tune(tuning: Tuning, on_trial: Callable[[float, float], object]) -> Tuned:
 
 
 class _Search:
-    """Tries gains until there are no trials left, and keeps the best."""
+    """Tries gains until no trials are left, and keeps the best."""
 
     def __init__(
         self, objective: Objective, trials: int, on_trial: Callable[[float, float], object]
@@ -112,7 +112,7 @@ class _Search:
         return value
 
     def by_twiddle(self) -> None:
-        """Run Twiddle until no trials are left; if it settles, start again from the best gains."""
+        """Run Twiddle until no trials are left; if it converges, restart from the best gains."""
         start = self._objective.point_of(pid_tuning.HAND_PICKED)
         while not self.is_over:
             for _ in pid_tuning.search(self.try_out, start, tolerance=0.05):

@@ -1,4 +1,4 @@
-"""The jobs of a study: a training run with its test, a tuning of the PID, a baseline's flights."""
+"""The jobs of a study: training runs with their tests, PID tunings, and baseline flights."""
 
 import hashlib
 import json
@@ -31,12 +31,12 @@ from touchdown.training.trainer import Trainer
 LAST = finish.LAST
 GAINS = "pid.toml"
 _TUNED = "tuning.json"
-_BASELINE_EPISODES = 100  # as many as the paper's runs fly
+_BASELINE_EPISODES = 100  # as many as in the paper's runs
 
 
 @dataclass(frozen=True, slots=True)
 class TrainJob:
-    """A training run, its test, its recorded flights, and its learning curve."""
+    """A training run with its test, recorded flights and learning curve."""
 
     config: Config
 
@@ -50,7 +50,7 @@ class TrainJob:
         return Run(RunFolder(store / self.digest)).status == "finished"
 
     def is_done(self, store: Path) -> bool:
-        """Whether the run is finished and the flights that a report shows are recorded."""
+        """Whether the run is finished and the flights for the report are recorded."""
         if not self.has_results(store):
             return False
         if not self.config.training.test_episodes:
@@ -65,9 +65,9 @@ class TrainJob:
         should_stop: Callable[[], bool],
         on_progress: Callable[[JobProgress], object],
     ) -> None:
-        """Train to the end, fly the test starts, and record flights; see `Job`.
+        """Train to the end, run the test, and record flights; see `Job`.
 
-        A run that was finished by a version that recorded no flights is not trained again.
+        A run finished by a version that did not record flights is not trained again.
         """
         device.use_default()
         # whoever planned the study has checked that the user names this code or trusts the file
@@ -95,7 +95,7 @@ class TrainJob:
 
 
 def _test(run: Run, last: NamedPolicy | None, should_stop: Callable[[], bool]) -> None:
-    """Fly the test starts and record the flight of the median return."""
+    """Run the test and record the flight with the median return."""
     tested = finish.fly_test(run, last=last, keep_paths=True, on_episode=_stopping(should_stop))
     if tested and not run.folder.flights.is_file():
         finish.record_flights(run, tested[0])
@@ -103,21 +103,21 @@ def _test(run: Run, last: NamedPolicy | None, should_stop: Callable[[], bool]) -
 
 @dataclass(frozen=True, slots=True)
 class PidJob:
-    """A PID's gains from a tuner, and their test flights."""
+    """PID gains from a tuner, and their test flights."""
 
     tuning: Tuning
 
     @property
     def digest(self) -> str:
-        """`pid-` and 12 hex digits of all that decides the gains."""
+        """`pid-` and 12 hex digits of everything that determines the gains."""
         return f"pid-{_digest_of(self.tuning.to_dict())}"
 
     def has_results(self, store: Path) -> bool:
-        """Whether the gains are tested."""
+        """Whether the gains have been tested."""
         return RunFolder(store / self.digest).evaluation.is_file()
 
     def is_done(self, store: Path) -> bool:
-        """Whether the gains are tested and their flight is recorded."""
+        """Whether the gains have been tested and their flight recorded."""
         return self.has_results(store) and RunFolder(store / self.digest).flights.is_file()
 
     def perform(
@@ -126,7 +126,7 @@ class PidJob:
         should_stop: Callable[[], bool],
         on_progress: Callable[[JobProgress], object],
     ) -> None:
-        """Tune, fly the test starts, and record the flight of the median return; see `Job`."""
+        """Tune, run the test, and record the flight with the median return; see `Job`."""
         folder = RunFolder(store / self.digest)
         gains = folder.path / GAINS
         if not self.has_results(store):
@@ -151,24 +151,24 @@ class PidJob:
 
 @dataclass(frozen=True, slots=True)
 class BaselineJob:
-    """Test flights of a policy that is not trained, for results to be compared with."""
+    """Test flights of an untrained policy, as a baseline."""
 
     name: Literal["pid", "random"]
 
     @property
     def digest(self) -> str:
-        """`baseline-`, the name, and 12 hex digits of all that decides the flights."""
+        """`baseline-`, the name, and 12 hex digits of everything that determines the flights."""
         decides: dict[str, Any] = {"env_id": rules.LANDER_IDS[0], "episodes": _BASELINE_EPISODES}
         if self.name == "pid":
             decides["gains"] = asdict(baselines.shipped_pid())
         return f"baseline-{self.name}-{_digest_of(decides)}"
 
     def has_results(self, store: Path) -> bool:
-        """Whether the test starts are flown."""
+        """Whether the test is done."""
         return RunFolder(store / self.digest).evaluation.is_file()
 
     def is_done(self, store: Path) -> bool:
-        """The same: the paths are written before the evaluation."""
+        """As `has_results`, because the paths are written before the evaluation."""
         return self.has_results(store)
 
     def perform(
@@ -177,7 +177,7 @@ class BaselineJob:
         should_stop: Callable[[], bool],
         on_progress: Callable[[JobProgress], object],
     ) -> None:
-        """Fly the test starts; see `Job`."""
+        """Run the test; see `Job`."""
         del on_progress  # it takes a second
         folder = RunFolder(store / self.digest)
         folder.path.mkdir(parents=True, exist_ok=True)
@@ -191,7 +191,7 @@ class BaselineJob:
 
 
 def _stopping(should_stop: Callable[[], bool]) -> Callable[[], None]:
-    """What to call after each flight, so that a job stops between two of them."""
+    """A function to call after each flight, so that a job can stop between two flights."""
 
     def check() -> None:
         if should_stop():

@@ -1,4 +1,4 @@
-"""A worker process: does one job after the other until its parent process ends."""
+"""A worker process: runs one job after the other until its parent process ends."""
 
 import faulthandler
 import os
@@ -30,19 +30,19 @@ class Message:
 
 
 def log_of(store: Path, job: Job) -> Path:
-    """The log of a job's worker."""
+    """The log file of a job's worker."""
     return store.parent / "logs" / f"{job.digest}.log"
 
 
 class Reporter:
-    """Reports progress, but not too often."""
+    """Reports progress at limited intervals."""
 
     def __init__(self, tell: Any) -> None:
         self._tell = tell
         self._last = -_BETWEEN_WORDS
 
     def __call__(self, progress: JobProgress) -> None:
-        """Report how far the job is."""
+        """Report the progress of the job."""
         now = time.monotonic()
         if now - self._last >= _BETWEEN_WORDS:
             self._last = now
@@ -53,10 +53,10 @@ def attempt(job: Job, store: Path, stop: Any, tell: Any) -> Message:
     """Do a job, and return how it ended.
 
     Args:
-        job: to do.
+        job: the job to do.
         store: folder of all jobs' folders.
-        stop: asked whether to stop.
-        tell: called with messages on progress.
+        stop: returns whether to stop.
+        tell: called with progress messages.
     """
     try:
         job.perform(store, stop, Reporter(tell))
@@ -74,8 +74,8 @@ def attempt(job: Job, store: Path, stop: Any, tell: Any) -> Message:
 
 
 def main(connection: Connection, store: Path) -> None:
-    """Do the jobs that arrive and report on them, until the process that sends them ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches every process; the sender decides
+    """Do the jobs that arrive and report on them, until the sending process ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches us too; the sender handles it
     faulthandler.enable()
     jobs: queue.SimpleQueue[Job] = queue.SimpleQueue()
     stop = threading.Event()
@@ -86,7 +86,7 @@ def main(connection: Connection, store: Path) -> None:
             try:
                 message = connection.recv()
             except (EOFError, OSError):
-                # the parent may have been killed: another may soon start the same job
+                # the parent may have been killed, and another may soon start the same job
                 os._exit(1)
             if message is None:
                 stop.set()
@@ -107,7 +107,7 @@ def main(connection: Connection, store: Path) -> None:
 
 
 def _write_to(log: Path) -> None:
-    """Send everything that is printed from here on, by any library, to a file."""
+    """Redirect all further output, from any library, to a file."""
     log.parent.mkdir(parents=True, exist_ok=True)
     sys.stdout.flush()
     sys.stderr.flush()

@@ -1,4 +1,4 @@
-"""A training run's whole state on disk: safetensors and JSON, checked when read, never pickled."""
+"""The complete state of a training run on disk: safetensors and JSON, validated, never pickled."""
 
 import hashlib
 import shutil
@@ -30,7 +30,7 @@ _OWN_GROUPS = ("finalists", "underway")  # beside those of the agent
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """Weights that did well on the validation starts."""
+    """Weights of a candidate checkpoint."""
 
     env_steps: int
     validation_return: float
@@ -39,20 +39,20 @@ class Candidate:
 
 @dataclass(slots=True)
 class Progress:
-    """How far a run has come, apart from what its agent has learned."""
+    """The progress of a run, without the state of its agent."""
 
     episodes: int = 0
     env_steps: int = 0
     next_validation: int = 0
     seconds: float = 0.0
     trained: bool = False
-    """Training is over; only the choice among the candidates is left."""
+    """Training is over; only the selection among the candidates remains."""
     finished: bool = False
     solved: Solved | None = None
-    """The proof that the environment is solved, where training stopped for it."""
+    """The evidence that the environment is solved, if training stopped for that reason."""
     underway: list[Episode] = field(default_factory=list[Episode])
-    """As restored: the unfinished episode of each environment. An environment is deterministic, so
-    the same actions lead to the same state again."""
+    """After a restore: the unfinished episode of each environment. Environments are deterministic,
+    so repeating the actions leads to the same state."""
     candidates: list[Candidate] = field(default_factory=list[Candidate])
     record_sizes: dict[str, int] = field(default_factory=dict[str, int])
 
@@ -65,10 +65,10 @@ def save_checkpoint(
     progress: Progress,
     episodes: Sequence[Episode],
 ) -> Path:
-    """Write the next checkpoint, `folder/<number>/`, in one rename, then remove the older ones.
+    """Write the next checkpoint, `folder/<number>/`, atomically, then remove older ones.
 
     Raises:
-        OSError: it cannot be written; the checkpoint before stays.
+        OSError: it cannot be written; the previous checkpoint is kept.
         TypeError: the agent's state has a name or a value that a checkpoint cannot hold.
     """
     of_agent, facts = _parts(agent.state())
@@ -117,20 +117,20 @@ def save_checkpoint(
 
 
 def newest_checkpoint(folder: Path) -> Path | None:
-    """The checkpoint from which a run resumes, or None where there is none."""
+    """The checkpoint that a run resumes from, or None."""
     return max(_checkpoints(folder), default=None)
 
 
 def restore_checkpoint(path: Path, digest: str, agent: Agent, streams: Streams) -> Progress:
-    """Put a checkpoint into a fresh agent and its streams.
+    """Restore a checkpoint into a fresh agent and its random streams.
 
     Raises:
-        UserError: the checkpoint is cut off, altered, of another config or another version.
+        UserError: the checkpoint is truncated, altered, or from another config or version.
     """
     state = records.decode_json(path / "state.json", CheckpointState, FORMAT_VERSION)
     if state.config_digest != digest:
         raise UserError(
-            f"{path}: belongs to config {state.config_digest!r}, this run's is {digest!r}"
+            f"{path}: config_digest = {state.config_digest!r}: must be {digest!r}, as in this run"
         )
     groups = {
         name: files.read_tensors(path / f"{name}.safetensors", sha256)[0]
@@ -191,7 +191,9 @@ def _underway_tensors(episodes: Sequence[Episode]) -> Tensors:
 
 def _underway_from(numbers: Sequence[int], tensors: Tensors) -> list[Episode]:
     if len(tensors) != 2 * len(numbers):
-        raise ValueError(f"{len(numbers)} episodes under way, their file has {len(tensors) // 2}")
+        raise ValueError(
+            f"{len(numbers)} unfinished episodes, but their file has {len(tensors) // 2}"
+        )
     return [
         Episode(number, tensors[f"{index}.observation"], tensors[f"{index}.actions"].tolist())
         for index, number in enumerate(numbers)
@@ -204,7 +206,7 @@ def _candidates_from(states: Sequence[CandidateState], tensors: Tensors) -> list
         env_steps, _, of_weights = name.partition("/")
         weights.setdefault(env_steps, {})[of_weights] = array
     if len(weights) != len(states):
-        raise ValueError(f"{len(states)} finalists, their file has {len(weights)}")
+        raise ValueError(f"{len(states)} candidate checkpoints, but their file has {len(weights)}")
     return [
         Candidate(each.env_steps, each.validation_return, weights[str(each.env_steps)])
         for each in states

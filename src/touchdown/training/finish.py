@@ -1,4 +1,4 @@
-"""What follows training: the test, the flights that pictures are drawn from, the learning curve."""
+"""After training: the test, the recorded flights for the pictures, and the learning curve."""
 
 from collections.abc import Callable, Sequence
 from contextlib import closing
@@ -25,7 +25,7 @@ from touchdown.runs.rows import EpisodeRow, ValidationRow
 from touchdown.runs.run import CURVE, Run, evaluations_of
 
 LAST = "last.json"
-"""Test flights of the weights that training ended with, beside those of the chosen checkpoint."""
+"""Paths of the test flights with the final weights."""
 
 
 def fly_test(
@@ -37,19 +37,18 @@ def fly_test(
     on_phase: Callable[[str, int], object] = lambda _text, _count: None,
     on_episode: Callable[[], object] = lambda: None,
 ) -> list[Evaluation]:
-    """Fly the test starts on stock Gymnasium with each policy, unless its results are on disk.
+    """Fly the test starts on stock Gymnasium with each policy, unless results are already on disk.
 
     Args:
-        run: trained to its end.
-        baselines: names of policies to fly beside the chosen checkpoint.
-        last: policy of the weights that training ended with, flown into `LAST`; None flies none.
+        run: a run whose training is finished.
+        baselines: names of policies to compare with the selected checkpoint.
+        last: policy with the final weights, recorded in `LAST`; None skips it.
         keep_paths: whether to write `paths.safetensors`; for the lander only.
         on_phase: called before the first flight with a description and the number of flights.
-        on_episode: called after each flight; what it raises ends the test.
+        on_episode: called after each flight; an exception from it ends the test.
 
     Returns:
-        The chosen checkpoint's evaluation, then the baselines'; none where the config asks for no
-        test.
+        The selected checkpoint's evaluation, then the baselines'; empty without a test.
 
     Raises:
         UserError: the run's files are broken.
@@ -67,7 +66,7 @@ def fly_test(
     chosen = run.policy
     others = [] if tested else [lookup.load(name, env_id=env_id) for name in baselines]
     count = (not tested) + len(others) + (last is not None)
-    on_phase(f"flying {len(starts)} test starts with {count} policies", count * len(starts))
+    on_phase(f"testing on {len(starts)} starts, policies: {count}", count * len(starts))
     with closing(Evaluator(env_id)) as evaluator:
         recorder = PathRecorder(starts)
         if not tested:
@@ -82,9 +81,9 @@ def fly_test(
                 )
                 for each in others
             ]
-        elif keep_paths:  # tested by a version that kept none
+        elif keep_paths:  # tested by a version that did not keep paths
             evaluator.rollout(chosen.policy, starts[:NUM_PATHS], on_episode, recorder)
-        # before the evaluation: where that is there, so are the paths
+        # before the evaluation, so that an evaluation on disk always has its paths
         if keep_paths:
             save_paths(run.folder.paths, recorder.paths)
         if not run.folder.evaluation.is_file():
@@ -100,24 +99,24 @@ def fly_test(
 
 @dataclass(frozen=True, slots=True)
 class RecordedFlights:
-    """What the pictures of a run show."""
+    """Recorded flights for the pictures of a run."""
 
     median: Flight
-    """From the test start of the median return."""
+    """The flight with the median test return."""
     beside: dict[str, list[Flight]]
-    """The agent's and the PID's from the same starts, by the policy's name; the lander only."""
+    """Flights of the agent and of the PID from the same starts, by policy name; lander only."""
 
 
 def record_flights(run: Run, tested: Evaluation, num_beside: int = 0) -> RecordedFlights | None:
-    """Record the flights that pictures show into `flights.safetensors`, the median one first.
+    """Record the flights for the pictures in `flights.safetensors`, the median one first.
 
     Args:
-        run: with its test flown.
-        tested: evaluation of the chosen checkpoint.
+        run: a run whose test is finished.
+        tested: evaluation of the selected checkpoint.
         num_beside: test starts that the agent and the PID both fly.
 
     Returns:
-        The flights; None where the environment cannot be drawn. The file then holds no flight.
+        The flights; None if the environment cannot be drawn, in which case the file has no flights.
 
     Raises:
         UserError: the run's files are broken, or the file cannot be written.
@@ -142,7 +141,7 @@ def record_flights(run: Run, tested: Evaluation, num_beside: int = 0) -> Recorde
 
 def _is_drawable(env_id: str) -> bool:
     if rules.is_lander(env_id):
-        return True  # by us, from the positions of its bodies
+        return True  # we draw it ourselves, from the positions of its bodies
     env, _ = environment.make_env(env_id)
     env.close()
     if "rgb_array" not in (env.metadata.get("render_modes") or ()):
@@ -153,13 +152,13 @@ def _is_drawable(env_id: str) -> bool:
 
 
 def save_curve(run: Run, title: str) -> None:
-    """Draw a run's episodes and validations, and mark the chosen checkpoint.
+    """Draw a run's episodes and validations, and mark the selected checkpoint.
 
-    The learning curve is the last file that a run writes: one that has it is finished.
+    The learning curve is the last file that a run writes, so a run that has it is finished.
 
     Args:
-        run: trained to its end.
-        title: of the figure.
+        run: a run whose training is finished.
+        title: title of the figure.
 
     Raises:
         UserError: the run's files are broken, or the picture cannot be written.

@@ -1,4 +1,4 @@
-"""What training writes down as it goes: a line per episode, per few updates and per validation."""
+"""Records of training: lines for episodes, for some updates and for validations."""
 
 from collections import deque
 from collections.abc import Mapping
@@ -15,14 +15,14 @@ from touchdown.runs.rows import EpisodeRow, UpdateRow, ValidationRow
 from touchdown.training.loggers import Recorder
 
 RECENT = 100
-"""Episodes that "recent" means, as everywhere in the field."""
+"""Number of episodes that count as recent, as is usual."""
 
 
 class History:
-    """Writes a run's records, and remembers the recent episodes.
+    """Writes a run's records and keeps statistics of recent episodes.
 
     Args:
-        folder: of the run; episodes recorded before a resume count as recent too.
+        folder: the run's folder; episodes from before a resume also count as recent.
         recorder: appends to the records.
 
     Raises:
@@ -44,7 +44,7 @@ class History:
 
     @property
     def recent_time_limit_share(self) -> float:
-        """Share of the recent episodes that ran into the time limit."""
+        """Share of the recent episodes that reached the time limit."""
         return float(np.mean(self._timed_out))
 
     def episode(
@@ -57,15 +57,15 @@ class History:
         epsilon: float,
         seconds: float,
     ) -> None:
-        """Record an episode that has ended.
+        """Record a finished episode.
 
         Args:
-            episode: as it ended.
-            outcome: how.
-            number: of the episodes that have ended so far, this one included.
-            env_steps: so far.
+            episode: the finished episode.
+            outcome: how it ended.
+            number: number of finished episodes so far, including this one.
+            env_steps: environment steps so far.
             epsilon: probability of a random action in its last step.
-            seconds: of training so far.
+            seconds: seconds of training so far.
         """
         steps = len(episode.actions)
         self._returns.append(episode.episode_return)
@@ -95,7 +95,7 @@ class History:
         """Record an update.
 
         Raises:
-            UserError: a metric is not finite: training diverged.
+            UserError: a metric is not finite, so training diverged.
         """
         metrics = {name: float(value) for name, value in metrics.items()}
         self.last_loss = metrics.get("loss")
@@ -103,7 +103,8 @@ class History:
             said = ", ".join(f"{name} {value:g}" for name, value in metrics.items())
             raise UserError(
                 f"learning_rate = {learning_rate}: training diverged at update {updates} ({said}); "
-                "a lower learning_rate, a max_grad_norm or a smaller reward_scale would help"
+                "try a lower learning_rate, gradient clipping (max_grad_norm) or a lower "
+                "reward_scale"
             )
         row = UpdateRow(update=updates, env_steps=env_steps, metrics=metrics)
         scalars = {f"train/{name}": value for name, value in metrics.items()}
@@ -112,7 +113,7 @@ class History:
     def validation(
         self, results: list[EpisodeResult], mean_return: float, *, episode: int, env_steps: int
     ) -> None:
-        """Record the greedy episodes from the validation starts."""
+        """Record the greedy episodes of a validation."""
         row = ValidationRow(
             env_steps=env_steps,
             episode=episode,

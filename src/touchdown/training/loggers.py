@@ -1,4 +1,4 @@
-"""What a run logs while it trains: JSON Lines, and the same numbers for TensorBoard."""
+"""Logs of a training run: JSON Lines, and the same numbers for TensorBoard."""
 
 import time
 from collections.abc import Mapping
@@ -17,12 +17,12 @@ _EVENTS = "events.out.tfevents.*"
 
 
 class Recorder:
-    """Appends to a run's records, each line flushed when it is whole.
+    """Appends to a run's records and flushes each complete line.
 
     Args:
-        folder: of the run.
-        sizes: bytes that each record had at the checkpoint that the run resumes from. What follows
-            them is cut off, since training will write it again. Empty for a new run.
+        folder: the run's folder.
+        sizes: size of each record in bytes at the checkpoint that the run resumes from. Later bytes
+            are removed, because training writes them again. Empty for a new run.
     """
 
     def __init__(self, folder: RunFolder, sizes: Mapping[str, int]) -> None:
@@ -34,9 +34,9 @@ class Recorder:
             file.truncate(sizes.get(path.name, 0))
             file.seek(0, 2)
             self._lines[path.name] = file
-        # the suffix keeps a run that resumes within a second from writing over its own file
+        # the suffix prevents a run resumed within a second from overwriting its own file
         self._events_suffix = f".{events_kept}"
-        self._events: EventsWriter | None = None  # made when there is something to write
+        self._events: EventsWriter | None = None  # created when there is something to write
 
     def write(
         self,
@@ -49,7 +49,7 @@ class Recorder:
         Args:
             path: one of the folder's JSON Lines files.
             row: the line.
-            scalars: by TensorBoard's tag, at `row.env_steps`.
+            scalars: values by TensorBoard tag, at step `row.env_steps`.
         """
         file = self._lines[path.name]
         file.write(files.to_json_line(row.to_json() if isinstance(row, UpdateRow) else row))

@@ -1,4 +1,4 @@
-"""The loop of agent and environments, as a generator of steps."""
+"""The interaction loop of agent and environments, as a generator of steps."""
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from touchdown.envs.pool import EnvPool
 
 
 class AgentStep(NamedTuple):
-    """One step of all environments, and what the agent did with it."""
+    """One step of all environments, with the agent's actions and metrics."""
 
     actions: IntArray
     """[N]"""
@@ -22,7 +22,7 @@ class AgentStep(NamedTuple):
     ended: list[Episode]
     """Episodes that ended in this step, in the order of their environments."""
     metrics: Mapping[str, float] | None
-    """Of an update, now and then."""
+    """Metrics of an update, once per metrics period."""
 
 
 def begin(pool: EnvPool, start_of: Callable[[int], int], num_envs: int) -> Underway:
@@ -44,19 +44,19 @@ def interact(
     start_of: Callable[[int], int],
     underway: Underway,
 ) -> Iterator[AgentStep]:
-    """Algorithm 2's two loops, without end: the caller listens to the steps, and stops at will.
+    """The two loops of Algorithm 2, endless: the caller reads the steps and stops when it wants.
 
     Args:
         agent: acts and learns.
         pool: the environments.
         start_of: the environment seed of an episode, by its number.
-        underway: the episode in each environment; up to date whenever a step is yielded.
+        underway: the current episode in each environment, updated before each step is yielded.
     """
     numbers = underway.numbers
     every_env = np.arange(len(numbers))
     while True:
         epsilon = float(getattr(agent, "epsilon", 0.0))
-        # copies: the agent may keep what it is given, and the arrays are written over each step
+        # copies, because the agent may keep them and the arrays are overwritten in each step
         observations = underway.observations.copy()
         actions = agent.act(observations)
         result = pool.step(every_env, actions)

@@ -1,4 +1,4 @@
-"""How far a training run has come, how fast it goes, and how long it will still take."""
+"""Progress, speed and remaining time of a training run."""
 
 import time
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from touchdown.config.sections import TrainingConfig
 
 @dataclass(frozen=True, slots=True)
 class TrainingStatus:
-    """What a progress view shows, once per training episode."""
+    """State of training for a progress view, once per episode."""
 
     episode: int
     env_steps: int
@@ -18,14 +18,14 @@ class TrainingStatus:
     epsilon: float
     loss: float | None
     recent_time_limit_share: float
-    """Share of the recent episodes that ran into the time limit."""
+    """Share of the recent episodes that reached the time limit."""
     steps_per_second: float
     share_done: float
     seconds_left: float
 
 
 class Budget:
-    """How much of the training is done: by episodes or by steps, whichever is nearer its limit.
+    """How much of training is done, by episodes or by steps, whichever is closer to its limit.
 
     Args:
         training: the limits.
@@ -44,14 +44,14 @@ class Budget:
 
 
 class Pace:
-    """How fast training goes since this process started or resumed it.
+    """Speed of training since this process started or resumed it.
 
     Args:
-        budget: of the run.
-        episodes: done before.
-        env_steps: done before.
-        seconds: of training before.
-        began: when this process began, by `time.monotonic`.
+        budget: the run's budget.
+        episodes: episodes before this process.
+        env_steps: environment steps before this process.
+        seconds: seconds of training before this process.
+        began: start of this process, by `time.monotonic`.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class Pace:
         self._done_before = budget.done(episodes, env_steps)
 
     def seconds(self) -> float:
-        """Seconds of training, those before a resume included."""
+        """Seconds of training, including those before a resume."""
         return self._seconds_before + time.monotonic() - self._began
 
     def steps_per_second(self, env_steps: int) -> float:
@@ -72,7 +72,7 @@ class Pace:
         return (env_steps - self._env_steps_before) / (time.monotonic() - self._began)
 
     def done_and_left(self, episodes: int, env_steps: int) -> tuple[float, float]:
-        """The share that is done, and the seconds that the rest will take."""
+        """The share of training that is done, and the estimated seconds for the rest."""
         done = self._budget.done(episodes, env_steps)
         gained = done - self._done_before
         if done >= 1 or gained <= 0:

@@ -1,4 +1,4 @@
-"""Tuning the PID controller by Twiddle on training starts."""
+"""Tunes the PID controller with Twiddle on training starts."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -23,8 +23,8 @@ HAND_PICKED = PIDConfig(
     kd_angle=-0.5,
     dead_band=0.05,
 )
-"""Where Twiddle starts from: signs by physics, sizes by eye."""
-_NUM_ENVS = 256  # in a pool: a controller's arithmetic is cheap, the calls are not
+"""Initial gains for Twiddle: signs from physics, magnitudes chosen by hand."""
+_NUM_ENVS = 256  # environments in a pool: the controller's arithmetic is cheap, the calls are not
 _FIRST_STEPS = (0.2, 0.2, 0.2, 0.2, 0.02)
 
 
@@ -37,19 +37,19 @@ class TuningStep:
     best_return: float
     best: PIDConfig
     step: float
-    """Largest relative step still in use; tuning ends at the tolerance."""
+    """Largest relative step size; tuning ends when it is below the tolerance."""
 
 
 class Objective:
     """The mean return of gains over training starts.
 
-    All gains fly the same starts, so that luck does not decide between two of them.
+    All gains fly from the same starts, so that chance does not decide between two of them.
 
     Args:
         rule: the action rule to tune for.
-        starts: training starts to fly.
-        seed: chooses them.
-        begin: gives the fields that are not tuned; its rule is ignored.
+        starts: number of training starts.
+        seed: seed that selects them.
+        begin: supplies the fields that are not tuned; its rule is ignored.
     """
 
     def __init__(self, rule: Rule, starts: int, seed: int, begin: PIDConfig = HAND_PICKED) -> None:
@@ -64,12 +64,12 @@ class Objective:
         self._evaluator.close()
 
     def __call__(self, point: tuple[float, ...]) -> float:
-        """Fly gains in the order of `TUNED`."""
+        """Evaluate gains in the order of `TUNED`."""
         results = self._evaluator.rollout(PIDPolicy(self.config_of(point)), self._starts)
         return float(np.mean([result.episode_return for result in results]))
 
     def config_of(self, point: tuple[float, ...]) -> PIDConfig:
-        """The controller with gains in the order of `TUNED`; no dead band is below 0."""
+        """The controller with gains in the order of `TUNED`; dead bands are at least 0."""
         values = dict(zip(TUNED, point, strict=True))
         values["dead_band"] = max(0.0, values["dead_band"])
         return replace(self._begin, **values)
@@ -86,9 +86,9 @@ def search(
     """Twiddle over gains in the order of `TUNED`, one trial at a time.
 
     Args:
-        objective: of gains; larger is better.
-        begin: gains to begin from.
-        tolerance: relative step at which to stop.
+        objective: function of gains to maximise.
+        begin: initial gains.
+        tolerance: relative step size at which to stop.
     """
     return twiddle(objective, begin, _FIRST_STEPS, tolerance)
 
@@ -104,10 +104,10 @@ def tune_pid(
 
     Args:
         rule: the action rule to tune for.
-        starts: training starts to fly in each trial.
-        seed: chooses them.
-        tolerance: relative step at which to stop.
-        begin: gains and dead band to begin from; its rule is ignored.
+        starts: number of training starts per trial.
+        seed: seed that selects them.
+        tolerance: relative step size at which to stop.
+        begin: initial gains and dead band; its rule is ignored.
     """
     with Objective(rule, starts, seed, begin) as objective:
         trials = search(objective, objective.point_of(begin), tolerance)
@@ -117,12 +117,12 @@ def tune_pid(
 
 
 def share_done(step: float, tolerance: float) -> float:
-    """How far the search has come, by its steps, which shrink by a factor at a time."""
+    """Share of the search that is done, by its step sizes, which shrink by a constant factor."""
     return min(1.0, math.log(min(1.0, step)) / math.log(tolerance))
 
 
 def to_toml(step: TuningStep, starts: int, seed: int, begin: PIDConfig) -> str:
-    """The tuned gains, and in a comment where they come from."""
+    """The tuned gains as TOML, with their origin in a comment."""
     first = ", ".join(f"{name} {getattr(begin, name):g}" for name in TUNED)
     return (
         f"# touchdown tune pid --rule {step.best.rule} --starts {starts} --seed {seed}\n"

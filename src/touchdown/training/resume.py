@@ -1,4 +1,4 @@
-"""Bringing the episodes that were under way at a checkpoint back to where they were."""
+"""Restores the unfinished episodes of a checkpoint."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -16,16 +16,16 @@ def replay_episodes(
     start_of: Callable[[int], int],
     where: Path,
 ) -> Underway:
-    """Fly each saved episode again by the actions it took: the environment is deterministic.
+    """Repeat the recorded actions of each saved episode; environments are deterministic.
 
     Args:
-        saved: the episode in each environment, as the checkpoint has it.
+        saved: the unfinished episode of each environment in the checkpoint.
         pool: the environments.
         start_of: the environment seed of an episode, by its number.
-        where: the checkpoints lie, named in errors.
+        where: folder of the checkpoints, named in error messages.
 
     Raises:
-        UserError: an episode does not come to the same observation.
+        UserError: an episode does not end at the same observation.
     """
     return Underway(
         [
@@ -47,7 +47,7 @@ def _replayed(index: int, saved: Episode, pool: EnvPool, seed: int, where: Path)
     same = np.asarray(episode.observation, np.float32).tobytes() == saved.observation.tobytes()
     if saved.actions and not same:
         raise UserError(
-            f"{where}: saved in mid-episode, and flying it again does not come to the same place: "
-            "another machine or version, or an environment that is not deterministic"
+            f"{where}: the unfinished episode cannot be repeated exactly: another machine or "
+            "version, or an environment that is not deterministic"
         )
     return episode

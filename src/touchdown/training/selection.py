@@ -1,4 +1,4 @@
-"""Choosing the result of a training run: validation, candidates, and the final choice."""
+"""Selects the result of a training run: validation, candidates and final selection."""
 
 from collections.abc import Callable
 
@@ -18,15 +18,15 @@ from touchdown.training.checkpoint import Candidate, Progress
 from touchdown.training.history import History
 from touchdown.training.state import Solved
 
-# standard errors by which a mean must exceed the threshold: at the edge, wrong once in 700 times
+# standard errors by which a mean must exceed the threshold: in the worst case 1 in 700 is wrong
 _SURE = 3.0
 
 
 def stop_threshold(config: Config) -> float | None:
-    """The mean return at which training may stop; None where it runs to the end of its budget.
+    """The mean return at which training may stop; None if it uses its full budget.
 
     Raises:
-        UserError: it is to stop when the environment is solved, and Gymnasium names no threshold.
+        UserError: `stop_when_solved` is set, but Gymnasium defines no threshold.
     """
     if not config.training.stop_when_solved:
         return None
@@ -34,24 +34,24 @@ def stop_threshold(config: Config) -> float | None:
     if threshold is None:
         raise UserError(
             f"stop_when_solved = True: must be False for env_id = {config.env_id!r}, for which "
-            "Gymnasium names no reward threshold"
+            "Gymnasium defines no reward threshold"
         )
     return threshold
 
 
 class Selection:
-    """Validates the agent during training, keeps the best candidates, and chooses among them.
+    """Validates the agent during training, keeps the best candidates, and selects one of them.
 
     Args:
-        config: of the run.
-        folder: of the run; the best weights so far are written there.
-        agent: being trained.
-        evaluator: flies the validation starts.
-        progress: of the run; holds the candidates.
+        config: the run's config.
+        folder: the run's folder; the best weights so far are written there.
+        agent: the agent in training.
+        evaluator: runs the validation episodes.
+        progress: the run's progress, which contains the candidates.
         history: records validations.
 
     Raises:
-        UserError: training is to stop when the environment is solved, which has no threshold.
+        UserError: `stop_when_solved` is set, but the environment has no threshold.
     """
 
     def __init__(
@@ -72,10 +72,10 @@ class Selection:
         self._threshold = stop_threshold(config)
 
     def validate(self, seconds: Callable[[], float]) -> None:
-        """Fly the current policy from the validation starts, and keep it if it is a candidate.
+        """Validate the current policy, and keep it if it is a candidate.
 
         Args:
-            seconds: of training so far, asked when the environment turns out to be solved.
+            seconds: returns the seconds of training so far; called if the environment is solved.
         """
         training, progress = self._config.training, self._progress
         env_steps = progress.env_steps
@@ -88,7 +88,7 @@ class Selection:
         best_so_far = max((c.validation_return for c in progress.candidates), default=-np.inf)
         candidate = Candidate(env_steps, mean, weights)
         candidates = [*progress.candidates, candidate]
-        # the earlier of two equals first: sorting is stable
+        # in a tie the earlier one is first, as sorting is stable
         candidates.sort(key=lambda each: -each.validation_return)
         progress.candidates = candidates[: training.candidate_checkpoints]
         if mean > best_so_far:
@@ -99,12 +99,12 @@ class Selection:
     def _stop_if_sure(
         self, candidate: Candidate, threshold: float, seconds: Callable[[], float]
     ) -> None:
-        """End training if fresh starts leave no doubt that the test will reach the threshold."""
+        """End training if fresh starts show with confidence that the test will succeed."""
         training, progress = self._config.training, self._progress
         results = self._rollout(candidate.weights, self._final_starts())
         returns = [result.episode_return for result in results]
         mean = _mean_return(results)
-        # both means are estimates: this one, and the one that the test will give
+        # both means are estimates, this one and that of the test
         error = float(np.std(returns)) * (1 / len(returns) + 1 / training.test_episodes) ** 0.5
         if mean - _SURE * error < threshold:
             return
@@ -118,15 +118,15 @@ class Selection:
         on_episode: Callable[[], object],
         should_stop: Callable[[], bool],
     ) -> None:
-        """Fly the candidates from fresh validation starts; the best of them is the run's result.
+        """Evaluate the candidates from fresh validation starts; the best one is the run's result.
 
         Args:
             on_phase: called with a description and the number of episodes to come.
             on_episode: called after each episode.
-            should_stop: asked after each candidate.
+            should_stop: called after each candidate.
 
         Raises:
-            Interrupted: `should_stop` said so.
+            Interrupted: `should_stop` returned True.
         """
         progress = self._progress
         if progress.solved is not None:
@@ -134,7 +134,7 @@ class Selection:
             return
         starts = self._final_starts()
         on_phase(
-            f"choosing among {len(progress.candidates)} checkpoints on validation starts",
+            f"evaluating {len(progress.candidates)} candidate checkpoints on validation starts",
             len(starts) * len(progress.candidates),
         )
         means: list[float] = []
@@ -153,7 +153,7 @@ class Selection:
         return self._evaluator.rollout(self._agent.policy(weights), starts, on_episode)
 
     def _final_starts(self) -> range:
-        """Validation starts that no candidate has been judged by yet."""
+        """Validation starts that no candidate has been evaluated on yet."""
         training = self._config.training
         first = training.validation_episodes
         return VALIDATION_STARTS[first : first + training.final_validation_episodes]

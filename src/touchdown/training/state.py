@@ -14,18 +14,18 @@ _RECORDS = ("episodes.jsonl", "updates.jsonl", "validations.jsonl")
 
 
 class Solved(Struct, frozen=True):
-    """The proof, on validation starts, that a policy solves its environment."""
+    """Evidence from validation starts that a policy solves its environment."""
 
     seconds: Seconds
-    """Of training until this was known, validation included."""
+    """Seconds of training until then, including validation."""
     mean_return: float
-    """On fresh validation starts."""
+    """Mean return on fresh validation starts."""
     episodes: Count
-    """How many of them."""
+    """Number of these starts."""
 
 
 class CandidateState(Struct, frozen=True, kw_only=True, rename=_STORED):
-    """A candidate checkpoint, apart from its weights."""
+    """A candidate checkpoint, without its weights."""
 
     env_steps: Count
     validation_return: float
@@ -45,12 +45,12 @@ class _PCG64(Struct, frozen=True):
 
 
 class GeneratorState(Struct, frozen=True):
-    """A random generator's state, as NumPy has it."""
+    """A random generator's state, as in NumPy."""
 
     bit_generator: Literal["PCG64"]
     state: _PCG64
     has_uint32: Literal[0, 1]
-    """Whether half a draw of 64 bits is left over."""
+    """Whether half of a 64-bit draw is unused."""
     uinteger: Count
     """That half."""
 
@@ -64,7 +64,7 @@ class GeneratorState(Struct, frozen=True):
         return msgspec.convert(generator.bit_generator.state, cls)
 
     def restore(self, generator: Generator) -> None:
-        """Bring a generator into this state."""
+        """Set a generator to this state."""
         generator.bit_generator.state = msgspec.to_builtins(self)
 
 
@@ -74,35 +74,35 @@ class CheckpointState(Struct, frozen=True, kw_only=True, rename=_STORED):
     format_version: Literal[3] = FORMAT_VERSION
     config_digest: str
     episodes: Count
-    """Training episodes that have ended."""
+    """Number of finished training episodes."""
     env_steps: Count
     """Environment steps of all environments."""
     agent: dict[str, Any]
     """The part of the agent's state that is not arrays."""
     next_validation: Count
-    """Environment steps at which the agent is validated next."""
+    """Environment steps at the next validation."""
     seconds: Seconds
     """Of training."""
     trained: bool
     finished: bool
     solved: Solved | None
     underway: list[Count]
-    """The number of each environment's episode."""
+    """The episode number of each environment."""
     candidates: list[CandidateState]
     """Best first."""
     streams: dict[str, GeneratorState]
     record_sizes: dict[str, Count]
-    """Bytes of each record, by file name."""
+    """Size of each record in bytes, by file name."""
     sha256: dict[str, str]
-    """Of each file beside this one, by its name without the suffix."""
+    """SHA-256 of each file in the folder, by its name without the suffix."""
 
     def __post_init__(self) -> None:
         for name in _RECORDS:
             if name not in self.record_sizes:
                 raise ValueError(f"record_sizes: {name}: missing")
         if self.finished and not self.trained:
-            raise ValueError("finished = True: must be False while trained = False")
+            raise ValueError("finished = True: must be False with trained = False")
         if self.trained and not self.candidates:
-            raise ValueError("finalists = []: must be 1 or more once trained = True")
+            raise ValueError("finalists = []: must have at least 1 with trained = True")
         if not self.trained and not self.underway:
-            raise ValueError("underway = []: must be 1 or more while trained = False")
+            raise ValueError("underway = []: must have at least 1 with trained = False")

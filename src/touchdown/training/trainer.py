@@ -1,4 +1,4 @@
-"""Training one run from its config, or resuming it, until its best weights are chosen."""
+"""Trains or resumes one run until its best checkpoint is selected."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -28,21 +28,21 @@ from touchdown.training.pace import Budget, Pace, TrainingStatus
 from touchdown.training.resume import replay_episodes
 from touchdown.training.selection import Selection
 
-_STEPS_BETWEEN_LOOKS = 50  # at whether to stop, within an episode
-# environments of the exact engine in the evaluator: cheap to keep, and the more the faster
+_STEPS_BETWEEN_LOOKS = 50  # whether to stop, within an episode
+# environments of the exact engine in the evaluator: cheap to keep, and faster the more there are
 _NUM_EXACT_ENVS = 128
 
 
 class Trainer:
-    """One run being trained.
+    """Trains one run.
 
     Args:
-        folder: the run's; it holds a config, and a checkpoint if the run is to be resumed.
-        should_stop: asked from time to time; True saves the run and raises `Interrupted`.
+        folder: the run's folder, with a config, and a checkpoint if the run is resumed.
+        should_stop: called regularly; True saves the run and raises `Interrupted`.
         on_status: called after each training episode.
-        on_phase: called when the final choice begins, with a description and the number of
+        on_phase: called when the final selection begins, with a description and the number of
             episodes to come.
-        on_episode: called after each episode of the final choice.
+        on_episode: called after each episode of the final selection.
 
     Raises:
         UserError: another process is training the run, its files are broken, or its environment
@@ -71,7 +71,7 @@ class Trainer:
             self._resources = resources.pop_all()
 
     def _open(self, resources: ExitStack) -> None:
-        """Make the agent and its environments, restore the last checkpoint, open the records."""
+        """Make the agent and its environments, restore the last checkpoint and open the records."""
         folder, config = self._folder, self._config
         engine = engines.engine_in_use()
         self._pool = make_pool(config.env_id, config.training.num_envs, engine)
@@ -101,14 +101,14 @@ class Trainer:
     def _check_records(self) -> None:
         for name, size in self._progress.record_sizes.items():
             if not name.endswith(".jsonl"):
-                continue  # TensorBoard's events are a copy that a run can do without
+                continue  # TensorBoard's events are only a copy
             path = self._folder.path / name
             if not path.is_file() or path.stat().st_size < size:
-                raise UserError(f"{path}: shorter than its checkpoint says; it was altered")
+                raise UserError(f"{path}: altered; it is shorter than its checkpoint says")
 
     @property
     def last_policy(self) -> Policy:
-        """The greedy policy of the weights that training ended with, chosen or not."""
+        """The greedy policy with the final weights of training, selected or not."""
         return self._agent.policy(self._agent.weights())
 
     def close(self) -> None:
@@ -116,11 +116,11 @@ class Trainer:
         self._resources.close()
 
     def run(self) -> None:
-        """Train to the end, choose the best checkpoint and write it.
+        """Train to the end, select the best checkpoint and write it.
 
         Raises:
-            Interrupted: `should_stop` said so; the run was saved.
-            OSError: something could not be written; the last checkpoint is whole.
+            Interrupted: `should_stop` returned True; the run was saved.
+            OSError: something could not be written; the last checkpoint is intact.
         """
         if self._progress.finished and self._folder.best.is_file():
             return
@@ -173,7 +173,7 @@ class Trainer:
         )
 
     def _record_episodes(self, agent_step: AgentStep, pace: Pace) -> None:
-        """Record the episodes that ended in a step, and report where training stands."""
+        """Record the episodes that ended in a step, and report the state of training."""
         progress, history = self._progress, self._history
         env_steps = progress.env_steps
         for episode, outcome in zip(agent_step.ended, self._outcomes(agent_step), strict=True):
@@ -219,7 +219,7 @@ class Trainer:
         return training_start(self._config.seed, episode)
 
     def _first_episodes(self) -> Underway:
-        """The first episode of each environment, or those under way at the last checkpoint."""
+        """The first episode of each environment, or those unfinished at the last checkpoint."""
         saved: list[Episode] = self._progress.underway
         if not saved:
             return begin(self._pool, self._start_of, self._config.training.num_envs)

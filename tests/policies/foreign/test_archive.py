@@ -33,7 +33,7 @@ def test_a_member_that_understates_its_size_is_refused():
     data = zipped({"a": bytes(1_000_000)})
     lying = data.replace((1_000_000).to_bytes(4, "little"), (10).to_bytes(4, "little"))
     assert lying != data
-    with pytest.raises(ValueError, match="'a' is cut off or altered"):
+    with pytest.raises(ValueError, match="'a' is truncated or altered"):
         Archive(lying).read("a", 100)
 
 
@@ -41,14 +41,14 @@ def test_a_member_name_is_never_used_as_a_path(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     archive = Archive(zipped({"../up": b"1", "/abs": b"2"}))
     assert archive.read("../up", 9) == b"1"
-    with pytest.raises(ValueError, match="holds no 'up'"):
+    with pytest.raises(ValueError, match="has no 'up'"):
         archive.read("up", 9)
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("compression", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
 def test_other_compression_methods_are_refused(compression):
-    with pytest.raises(ValueError, match="compressed by another method than deflate"):
+    with pytest.raises(ValueError, match="its compression is not deflate"):
         Archive(zipped({"a": b"one"}, compression)).read("a", 9)
 
 
@@ -61,7 +61,7 @@ def test_an_encrypted_member_is_refused():
 
 def test_an_altered_member_is_refused():
     data = zipped({"a": b"one"}, zipfile.ZIP_STORED).replace(b"one", b"two")
-    with pytest.raises(ValueError, match="'a' is cut off or altered"):
+    with pytest.raises(ValueError, match="'a' is truncated or altered"):
         Archive(data).read("a", 9)
 
 
@@ -72,5 +72,5 @@ def test_too_many_members_are_refused():
 
 @pytest.mark.parametrize("data", [b"", b"PK\x05\x06", b"text" * 10])
 def test_data_that_is_not_an_archive_is_refused(data):
-    with pytest.raises(ValueError, match="not a whole zip archive"):
+    with pytest.raises(ValueError, match="not a complete zip archive"):
         Archive(data)

@@ -108,7 +108,7 @@ def setting(section: str, name: str, value: object) -> Callable[[dict[str, Any]]
     [
         (
             setting("policy_class", "__module__", "sbx.dqn.policies"),
-            "SBX saved it, which keeps weights as a pickle; a pickle is never opened",
+            "it was saved by SBX, with weights as a pickle; pickles are never opened",
         ),
         (setting("policy_class", "__module__", "mine"), "its policy's class is from 'mine'; only"),
         (lambda facts: facts.pop("policy_class"), "from 'an unnamed module'"),
@@ -124,7 +124,7 @@ def setting(section: str, name: str, value: object) -> Callable[[dict[str, Any]]
         (setting("action_space", "start", "1"), "its actions do not start at 0"),
         (
             setting("action_space", "n", "5"),
-            "for 5 actions; the environment gives 8 and has 4 actions",
+            "for 5 actions; the environment has observations of 8 and 4 actions",
         ),
         (
             setting("observation_space", ":type:", "<class 'gymnasium.spaces.dict.Dict'>"),
@@ -151,9 +151,9 @@ def test_another_kind_of_policy_is_refused(tmp_path, change, said):
 @pytest.mark.parametrize(
     ("before", "after", "said"),
     [
-        (b"q_net.q_net.0", b"q_net.cnn_1.0", "other layers than linear ones"),
-        (b"q_net.q_net.2", b"q_net.q_net.3", "q_net.q_net has other layers than linear ones"),
-        (b"q_net.q_net.2.bias", b"q_net.q_net.2.gain", "other layers than linear ones"),
+        (b"q_net.q_net.0", b"q_net.cnn_1.0", "layers that are not linear"),
+        (b"q_net.q_net.2", b"q_net.q_net.3", "q_net.q_net has layers that are not linear"),
+        (b"q_net.q_net.2.bias", b"q_net.q_net.2.gain", "layers that are not linear"),
         (b"q_net.q_net.", b"k_net.k_net.", "not those of DQN, QRDQN, PPO or A2C"),
         (b"q_net.q_net.0.weight", b"features_extractor.0", "a features extractor with weights"),
         (b"q_net.q_net.0.weight", b"lstm_actor.weight_hh", "it is recurrent"),
@@ -174,7 +174,7 @@ def test_an_actor_of_continuous_actions_is_refused(tmp_path):
 def test_a_policy_for_another_environment_is_refused_with_the_flag_that_names_it():
     said = refusal(SAVED / "dqn.zip", "CartPole-v1")
     assert "it takes 8 numbers and gives 4, for 4 actions" in said
-    assert "the environment gives 4 and has 2 actions (--env-id names it)" in said
+    assert "the environment has observations of 4 and 2 actions; set it with --env-id" in said
 
 
 @pytest.mark.parametrize("statistics", ["vec_normalize.pkl", "vecnormalize.pkl"])
@@ -182,20 +182,20 @@ def test_a_policy_whose_observations_were_normalised_is_refused(tmp_path, statis
     path = tmp_path / "dqn.zip"
     path.write_bytes((SAVED / "dqn.zip").read_bytes())
     (tmp_path / statistics).write_bytes(b"a pickle")
-    assert f"{statistics} is beside it, so its observations were normalised" in refusal(path)
+    assert f"observations were normalised, as {statistics} is in its folder" in refusal(path)
 
 
 @pytest.mark.parametrize(
     ("members", "said"),
     [
-        ({"policy_pth": None}, "holds no 'policy.pth'"),
-        ({"data": None}, "holds no 'data'"),
+        ({"policy_pth": None}, "has no 'policy.pth'"),
+        ({"data": None}, "has no 'data'"),
         ({"data": b"{"}, "not JSON"),
         ({"data": b"[" * 100_000}, "not JSON"),
         ({"data": b"[]"}, "must be a JSON object"),
         ({"data": b"{}"}, "its policy's class is from"),
         ({"data": b'{"policy_class": 3}'}, "its policy's class is from"),
-        ({"policy_pth": b"\x80\x02"}, "not a whole zip archive"),
+        ({"policy_pth": b"\x80\x02"}, "not a complete zip archive"),
     ],
 )
 def test_a_broken_archive_is_refused(tmp_path, members, said):

@@ -142,9 +142,9 @@ def test_a_pickle_that_would_run_something_is_refused_and_runs_nothing(tmp_path,
         (b"\x80\x02K\x01.", "is not a state dict"),
         (b"\x80\x02ccollections\nOrderedDict\nK\x01R.", "not an array"),
         (b"\x80\x02K\x01Q.", "not a storage"),
-        (b"", "not a whole pickle"),
-        (b"\x80\x02X\xff\xff\xff\x7fab", "not a whole pickle"),
-        (b"\xff\xfe", "not a whole pickle"),
+        (b"", "not a complete pickle"),
+        (b"\x80\x02X\xff\xff\xff\x7fab", "not a complete pickle"),
+        (b"\xff\xfe", "not a complete pickle"),
         (b"N" * 2_000_000 + b".", "has 2000001 bytes, must be at most"),
     ],
 )
@@ -183,8 +183,8 @@ def test_too_many_numbers_are_refused_before_any_is_read():
 @pytest.mark.parametrize(
     ("array", "said"),
     [
-        (tensor((6,), (1,), key="../0"), "holds no"),
-        (tensor((6,), (1,), key="1"), "holds no"),
+        (tensor((6,), (1,), key="../0"), "has no"),
+        (tensor((6,), (1,), key="1"), "has no"),
         (tensor((6,), (1,), count=7), "has 24 bytes, must be 28"),
         (tensor((5,), (1,), count=5), "has 24 bytes, must be at most 20"),
         (tensor((6,), (1,), storage="BFloat16Storage"), "names 'torch.BFloat16Storage'"),
@@ -205,7 +205,7 @@ def test_a_file_without_a_program_is_refused():
     file = io.BytesIO()
     with zipfile.ZipFile(file, "w") as archive:
         archive.writestr("x/data/0", b"")
-    with pytest.raises(ValueError, match=r"holds no data\.pkl"):
+    with pytest.raises(ValueError, match=r"has no data\.pkl"):
         read_state(file.getvalue())
 
 

@@ -1,4 +1,4 @@
-"""Learners: a network with its optimizer's state, and how it is updated.
+"""Learners: a network with its optimiser state, and its updates.
 
-`learner` is the contract, `jax` and `fused` fulfil it, `factory` picks one by the config.
+`learner` defines the protocol, `jax` and `fused` implement it, `factory` selects one by the config.
 """

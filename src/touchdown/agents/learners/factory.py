@@ -12,7 +12,7 @@ def make_learner(config: Config, spaces: Spaces) -> Learner:
     """A fresh learner of the config's network, on the config's backend.
 
     Raises:
-        UserError: the fused kernel is asked for and was not built.
+        UserError: the config selects the fused kernel, which was not built.
     """
     network = make_network(config.network, spaces)
     match config.learning.backend:

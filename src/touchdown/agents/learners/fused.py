@@ -1,6 +1,6 @@
-"""The learner whose values and updates a fused C++ kernel computes, on the CPU.
+"""The learner that computes values and updates with a fused C++ kernel on the CPU.
 
-Its slow twins are the functions of JAX in `update`: the same arithmetic but for rounding.
+Its slow twins are the JAX functions in `update`: the same arithmetic apart from rounding.
 """
 
 import importlib.util
@@ -35,7 +35,7 @@ def is_built() -> bool:
 
 
 class FusedNetwork:
-    """A Q-network whose values the fused kernel computes, and whose parameters are a `QNetwork`'s.
+    """A Q-network with values from the fused kernel and the parameters of a `QNetwork`.
 
     Args:
         network: the same network in JAX.
@@ -47,7 +47,7 @@ class FusedNetwork:
     def __init__(self, network: QNetwork) -> None:
         if not is_built():
             raise UserError(
-                "backend = 'fused': was not built when touchdown was installed; install a C++ "
+                "backend = 'fused': the kernel was not built with touchdown; install a C++ "
                 "compiler such as g++ and reinstall touchdown, or use backend = 'jax'"
             )
         from touchdown.agents.learners._fused import Perceptron  # noqa: PLC0415 - if it was built
@@ -64,7 +64,7 @@ class FusedNetwork:
     def values_of_each(self, params: Any, observations: Any) -> Any:
         """Q(s,·) of any number of observations, [N, D] to [N, A].
 
-        Each row depends on its own observation alone, to the last bit.
+        Each row depends only on its own observation, to the last bit.
         """
         observations = np.ascontiguousarray(observations, np.float32)
         q = np.empty((len(observations), self.network.num_actions), np.float32)
@@ -72,11 +72,11 @@ class FusedNetwork:
         return q
 
     def layers(self, params: FloatArray) -> Mapping[str, Any]:
-        """The parameters by name, as `QNetwork.layers`."""
+        """The parameters by name, as in `QNetwork.layers`."""
         return self.network.layers(params)
 
     def params_of(self, layers: Tensors) -> FloatArray:
-        """Flat parameters from named ones, as `QNetwork.params_of`."""
+        """Flat parameters from named ones, as in `QNetwork.params_of`."""
         return self.network.params_of(layers)
 
     def policy(self, params: FloatArray) -> GreedyPolicy:
@@ -84,16 +84,16 @@ class FusedNetwork:
         return GreedyPolicy(self, params)
 
     def describe(self) -> dict[str, Any]:
-        """The network's config, as `QNetwork.describe`: weights do not depend on the backend."""
+        """The network's config, as in `QNetwork.describe`: weights do not depend on the backend."""
         return self.network.describe()
 
 
 class FusedLearner(StateOwner):
-    """Updates a network by the fused kernel, which writes to the state in place.
+    """Updates a network with the fused kernel, which writes to the state in place.
 
     Args:
-        network: to learn.
-        config: all settings; only what the kernel has (`config.rules` refuses the rest).
+        network: the network to train.
+        config: all settings, limited to what the kernel supports (`config.rules` refuses the rest).
 
     Raises:
         UserError: the kernel was not built.
@@ -106,7 +106,7 @@ class FusedLearner(StateOwner):
 
     def values(self, observations: FloatArray, env_steps: int) -> FloatArray:
         """Q(s,·) for choosing actions: [N, D] to [N, A]."""
-        del env_steps  # no network of the kernel's has noisy weights
+        del env_steps  # the kernel's networks never have noisy weights
         return self.model.values_of_each(self.state.online_params, observations)
 
     def update(
@@ -118,7 +118,7 @@ class FusedLearner(StateOwner):
         *,
         measured: bool,
     ) -> UpdateResult:
-        """Update the parameters by K minibatches, one after the other."""
+        """Update the parameters with K minibatches, one after the other."""
         del updates
         config, adam = self._config.learning, _adam_of(self.state)
         td_error = np.empty(packed.shape[:2], np.float32)
@@ -146,7 +146,7 @@ class FusedLearner(StateOwner):
     def fit_rollout(
         self, rollout: Rollout, order: NDArray[np.int64], next_observations: FloatArray
     ) -> FitResult:
-        """Fit Q(s,a) to the λ-returns of a rollout by K minibatches, one after the other."""
+        """Fit Q(s,a) to the λ-returns of a rollout with K minibatches, one after the other."""
         o_tm1, o_t = (part.reshape(-1, part.shape[2]) for part in (rollout.o_tm1, rollout.o_t))
         q_t = self.model.values_of_each(self.state.online_params, o_t)
         targets = cast(Floats, np.asarray(self._targets(rollout, q_t)))
@@ -163,13 +163,13 @@ class FusedLearner(StateOwner):
         targets: Floats,
         order: NDArray[np.int64],
     ) -> Metrics:
-        """Fit Q(s,a) to given targets by K minibatches, one after the other.
+        """Fit Q(s,a) to given targets with K minibatches, one after the other.
 
         Args:
             o_tm1: observations, [M, D].
             a_tm1: actions, [M].
-            targets: of Q(s,a), [M].
-            order: which of them each minibatch takes, [K, B].
+            targets: targets of Q(s,a), [M].
+            order: indices of the entries in each minibatch, [K, B].
 
         Returns:
             Metrics of the last update.
@@ -203,12 +203,12 @@ def numpy_state(state: LearnerState) -> LearnerState:
 
 
 class _Adam(NamedTuple):
-    """Adam's arrays inside an optimizer's state, which the kernel writes to."""
+    """Adam's arrays inside the optimiser state, which the kernel writes to."""
 
     mu: Floats
     nu: Floats
     counts: list[NDArray[np.int32]]
-    """Updates done: one count for each transformation in the chain that keeps one."""
+    """The update counts, one for each transformation in the chain that has one."""
 
     @property
     def updates(self) -> int:
@@ -228,7 +228,7 @@ def _adam_of(state: LearnerState) -> _Adam:
 
 
 def step_sizes(config: LearningConfig, first: int, count: int) -> Floats:
-    """Step sizes of `count` updates from number `first` on, [K]: `make_optimizer`'s schedule."""
+    """Learning rates of `count` updates from number `first` on, [K], as in `make_optimizer`."""
     if not config.learning_rate_duration:
         return np.full(count, config.learning_rate, np.float32)
     left = 1 - np.minimum(first + np.arange(count), config.learning_rate_duration) / (

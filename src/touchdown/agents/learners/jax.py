@@ -27,10 +27,10 @@ from touchdown.core.types import FloatArray
 
 
 class JaxLearner(StateOwner):
-    """Updates a network by JAX's gradients and optax's optimizers.
+    """Updates a network with JAX gradients and optax optimisers.
 
     Args:
-        network: to learn; `model` afterwards.
+        network: the network to train, available as `model`.
         config: all settings.
         losses: of a minibatch; None takes those of the config, which depend on the network's
             outputs. The rewards that it is given are scaled by `reward_scale`.
@@ -45,7 +45,7 @@ class JaxLearner(StateOwner):
         self._config = config
 
     def values(self, observations: FloatArray, env_steps: int) -> FloatArray:
-        """Q(s,·) for choosing actions: [N, D] to [N, A]; by noisy weights where there are any."""
+        """Q(s,·) for choosing actions: [N, D] to [N, A]; with noisy weights if there are any."""
         return np.asarray(
             self._values(self.state.online_params, observations, self._noise(env_steps))
         )
@@ -59,7 +59,7 @@ class JaxLearner(StateOwner):
         *,
         measured: bool,
     ) -> UpdateResult:
-        """Update the parameters by K minibatches, one after the other."""
+        """Update the parameters with K minibatches, one after the other."""
         noise = self._noise(updates)
         updated, next_q = self._update(
             self.state, packed, weights, next_observations, measured, noise
@@ -70,8 +70,8 @@ class JaxLearner(StateOwner):
     def fit_rollout(
         self, rollout: Rollout, order: NDArray[np.int64], next_observations: FloatArray
     ) -> FitResult:
-        """Fit Q(s,a) to the λ-returns of a rollout by K minibatches, one after the other."""
-        # JAX may read its arguments after this call returns, and the caller overwrites them then
+        """Fit Q(s,a) to the λ-returns of a rollout with K minibatches, one after the other."""
+        # JAX may read its arguments after this call returns, when the caller overwrites them
         copied = Rollout(*(jnp.array(part) for part in rollout))
         self.state, metrics, next_q = self._fit(self.state, copied, order, next_observations)
         return FitResult(metrics, next_q)

@@ -1,4 +1,4 @@
-"""The contract between an agent and a learner."""
+"""The protocol of a learner, as agents use it."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple, Protocol
@@ -13,33 +13,33 @@ from touchdown.core.types import FloatArray, Tensors
 
 
 class UpdateResult(NamedTuple):
-    """What updates give besides the new parameters; JAX may still be computing the arrays."""
+    """Results of updates besides the new parameters; JAX may still be computing the arrays."""
 
     metrics: Metrics | None
-    """Of the last update; None where they were not asked for."""
+    """Of the last update; None if they were not requested."""
     td_error: Any
     """TD errors before each update, [K, B]."""
     next_q: Any
-    """Q(s,·) of the next observations by the new parameters, [N, A]."""
+    """Q(s,·) of the next observations with the new parameters, [N, A]."""
 
 
 class FitResult(NamedTuple):
-    """As `UpdateResult`, of a fit to a rollout."""
+    """Like `UpdateResult`, for a fit to a rollout."""
 
     metrics: Metrics
     next_q: Any
 
 
 class Learner(Protocol):
-    """A network, its target network and its optimizer's state, and the updates of these.
+    """A network, its target network and optimiser state, and their updates.
 
-    Updates also compute the values that the next actions need: for a small network a second call
-    would cost as much as its arithmetic.
+    Updates also compute the values that the next actions need: for a small network, the overhead of
+    a second call would equal its arithmetic.
     """
 
     @property
     def model(self) -> Model:
-        """The network: what the parameters belong to."""
+        """The network that the parameters belong to."""
         ...
 
     @property
@@ -52,7 +52,7 @@ class Learner(Protocol):
 
         Args:
             observations: [N, D].
-            env_steps: so far; noisy weights are drawn anew whenever it changes.
+            env_steps: environment steps so far; noisy weights are redrawn whenever it changes.
         """
         ...
 
@@ -65,26 +65,26 @@ class Learner(Protocol):
         *,
         measured: bool,
     ) -> UpdateResult:
-        """Update the parameters by K minibatches, one after the other.
+        """Update the parameters with K minibatches, one after the other.
 
         Args:
             packed: transitions as 4-byte entries, [K, B, W].
             weights: importance-sampling weights, [K, B], or None.
-            next_observations: that actions are chosen for next, [N, D].
-            updates: done before; noisy weights are drawn anew for each.
-            measured: whether to give metrics of the last update.
+            next_observations: observations that the next actions are chosen for, [N, D].
+            updates: updates done so far; noisy weights are redrawn for each one.
+            measured: whether to return metrics of the last update.
         """
         ...
 
     def fit_rollout(
         self, rollout: Rollout, order: NDArray[np.int64], next_observations: FloatArray
     ) -> FitResult:
-        """Fit Q(s,a) to the λ-returns of a rollout by K minibatches, one after the other.
+        """Fit Q(s,a) to the λ-returns of a rollout with K minibatches, one after the other.
 
         Args:
             rollout: T steps of N environments, in NumPy arrays.
-            order: which of its T·N steps each minibatch takes, [K, B].
-            next_observations: that actions are chosen for next, [N, D].
+            order: indices of its T·N steps in each minibatch, [K, B].
+            next_observations: observations that the next actions are chosen for, [N, D].
         """
         ...
 
@@ -97,7 +97,7 @@ class Learner(Protocol):
         ...
 
     def restore(self, tensors: Mapping[str, NDArray[Any]]) -> None:
-        """Set the state to what `tensors` returned.
+        """Restore the state that `tensors` returned.
 
         Raises:
             ValueError: the names, shapes or types are not those of this learner.

@@ -1,4 +1,4 @@
-"""Losses of a minibatch, by what the network's outputs are: values, quantiles or atoms."""
+"""Losses of a minibatch for networks that output values, quantiles or atoms."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -16,7 +16,7 @@ from touchdown.config.sections import LearningConfig
 
 
 class Losses(NamedTuple):
-    """Of a minibatch of B transitions."""
+    """Results for a minibatch of B transitions."""
 
     loss: Float[jax.Array, " B"]
     q_tm1: Float[jax.Array, "B A"]
@@ -25,16 +25,16 @@ class Losses(NamedTuple):
 
 
 LossFunction = Callable[[Params, Params, TransitionBatch, UpdateKeys], Losses]
-"""Losses of online and bootstrapping parameters on a minibatch."""
+"""Computes the loss of online and bootstrapping parameters on a minibatch."""
 
 
 def losses_of(td_error: Float[jax.Array, " B"], kind: str) -> Float[jax.Array, " B"]:
-    """δ² (`mse`), or Huber's loss with its knee at 1 (`huber`), of each transition."""
+    """δ² (`mse`), or the Huber loss with threshold 1 (`huber`), of each transition."""
     return jnp.square(td_error) if kind == "mse" else optax.huber_loss(td_error)
 
 
 def make_losses(network: QNetwork, config: LearningConfig) -> LossFunction:
-    """The loss function of the network's kind of outputs."""
+    """The loss function for the network's kind of outputs."""
 
     def by_values(
         online: Params, bootstrap: Params, batch: TransitionBatch, keys: UpdateKeys
@@ -82,7 +82,7 @@ def make_losses(network: QNetwork, config: LearningConfig) -> LossFunction:
         batch: TransitionBatch,
         keys: UpdateKeys,
     ) -> Float[jax.Array, "B Z"]:
-        """The bootstrapping network's outputs for the next action, which the target selects."""
+        """The bootstrapping network's outputs for the next action of the TD target."""
         if config.target == "sarsa":
             return td.of_action(outputs, batch.a_t)
         if config.double:

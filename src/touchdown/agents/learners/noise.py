@@ -1,4 +1,4 @@
-"""The random keys of noisy weights: functions of the run's seed, a purpose and a count."""
+"""Random keys of noisy weights, determined by the run's seed, a purpose and a count."""
 
 from typing import NamedTuple
 
@@ -6,21 +6,21 @@ import jax
 import numpy as np
 from jaxtyping import PRNGKeyArray
 
-# Purposes. The numbers are large because JAX folds in small ones when it splits a key, and the
-# initial weights' keys are split off the same seed.
+# Purposes. The numbers are large because JAX folds in small ones when it splits a key, and the keys
+# of the initial weights are split from the same seed.
 UPDATES, NEXT_VALUES, ACTING = 1_000_001, 1_000_002, 1_000_003
 
 
 class NoiseSource(NamedTuple):
     """Determines samples of noisy weights.
 
-    Plain numbers, as making a key outside of a compiled function is slow. Both are part of
-    checkpoints, so a restored agent draws the same noise as an uninterrupted one.
+    These are plain numbers, because creating a key outside a compiled function is slow. Both are
+    part of checkpoints, so a restored agent draws the same noise as an uninterrupted one.
     """
 
     seed: np.uint32
     number: int | jax.Array
-    """How many updates, or environment steps, came before."""
+    """Number of previous updates or environment steps."""
 
     def key(self, purpose: int) -> PRNGKeyArray:
         """The key of one sample (inside a compiled function)."""
@@ -32,11 +32,11 @@ class UpdateKeys(NamedTuple):
     """Keys of the samples of noisy weights in one update; None where weights are not noisy."""
 
     tm1: PRNGKeyArray | None
-    """Of the online network, for Q(s,a)."""
+    """For Q(s,a) of the online network."""
     t: PRNGKeyArray | None
-    """Of the network that bootstraps."""
+    """For the network that bootstraps."""
     selection: PRNGKeyArray | None
-    """Of the online network, where it selects the next action."""
+    """For the online network when it selects the next action."""
 
 
 def update_keys(key: PRNGKeyArray | None) -> UpdateKeys:

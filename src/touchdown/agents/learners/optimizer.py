@@ -1,4 +1,4 @@
-"""The optimizer that a config names, with its schedule of step sizes and gradient clipping."""
+"""The optimiser of a config, with its learning rate schedule and gradient clipping."""
 
 import optax
 
@@ -6,7 +6,7 @@ from touchdown.config.sections import LearningConfig
 
 
 def make_optimizer(config: LearningConfig) -> optax.GradientTransformation:
-    """The configured optimizer, preceded by clipping of the gradient's global norm if it is set."""
+    """The configured optimiser, preceded by clipping of the global gradient norm if that is set."""
     if config.learning_rate_duration:
         rate = optax.linear_schedule(
             config.learning_rate, config.learning_rate_end, config.learning_rate_duration

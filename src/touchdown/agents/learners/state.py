@@ -1,4 +1,4 @@
-"""A learner's state: a value that updates replace, and its way through checkpoints."""
+"""A learner's state: a value that updates replace and checkpoints store."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple, cast
@@ -21,14 +21,14 @@ class LearnerState(NamedTuple):
 
     online_params: Params
     target_params: Params | None
-    """None: there is no target network, and the online one bootstraps."""
+    """None if there is no target network; the online network bootstraps then."""
     opt_state: optax.OptState
 
 
 class Metrics(NamedTuple):
-    """Measurements of one update, with Q and the loss in units of the scaled reward.
+    """Metrics of one update, with Q and the loss in scaled reward units.
 
-    A distributional loss over atoms is a cross entropy, in nats.
+    The loss of a network with atoms is a cross entropy, in nats.
     """
 
     loss: jax.Array
@@ -38,7 +38,7 @@ class Metrics(NamedTuple):
     """Before clipping."""
 
     def to_floats(self, reward_scale: float) -> dict[str, float]:
-        """By name, for the records, with Q in units of the reward."""
+        """The metrics by name, for the records, with Q in reward units."""
         return {
             "loss": float(self.loss),
             "mean_q": float(self.mean_q) / reward_scale,
@@ -66,7 +66,7 @@ def soft_update(state: LearnerState, rate: float) -> LearnerState:
     """Θ′ ← Θ′ + τ·(Θ − Θ′)   (Polyak averaging; Lillicrap et al., 2016).
 
     Args:
-        state: with a target network.
+        state: a state with a target network.
         rate: τ, from 0 to 1.
     """
     difference = optax.tree.sub(state.online_params, state.target_params)
@@ -80,14 +80,14 @@ def tensors_of(state: LearnerState) -> Tensors:
 
 
 def state_from(like: LearnerState, tensors: Mapping[str, NDArray[Any]]) -> LearnerState:
-    """The state that `tensors_of` was given, with arrays of the same kind as those of `like`.
+    """The inverse of `tensors_of`, with arrays of the same kind as those of `like`.
 
     Raises:
         ValueError: the names, shapes or types are not those of `like`.
     """
     named = _named_leaves(like)
     if named.keys() != tensors.keys():
-        raise ValueError(f"it holds {sorted(tensors)}, the learner needs {sorted(named)}")
+        raise ValueError(f"it has {sorted(tensors)}, must be {sorted(named)}")
     leaves: list[jax.Array] = []
     for name, leaf in named.items():
         value = tensors[name]
@@ -95,7 +95,7 @@ def state_from(like: LearnerState, tensors: Mapping[str, NDArray[Any]]) -> Learn
             raise ValueError(
                 f"{name} is {value.dtype}{value.shape}, must be {leaf.dtype}{leaf.shape}"
             )
-        # the fused kernel writes to its state in place, so that is NumPy's
+        # the fused kernel writes to its state in place, so its arrays are NumPy's
         leaves.append(
             cast(jax.Array, value.copy()) if isinstance(leaf, np.ndarray) else jnp.array(value)
         )
@@ -103,10 +103,10 @@ def state_from(like: LearnerState, tensors: Mapping[str, NDArray[Any]]) -> Learn
 
 
 class StateOwner:
-    """The part of the `Learner` protocol that is the same for each way to compute updates.
+    """The part of the `Learner` protocol that does not depend on how updates are computed.
 
     Args:
-        state: to begin with; `restore` keeps the kind of its arrays.
+        state: initial state; `restore` keeps the kind of its arrays.
     """
 
     def __init__(self, state: LearnerState) -> None:
@@ -121,7 +121,7 @@ class StateOwner:
         return tensors_of(self.state)
 
     def restore(self, tensors: Mapping[str, NDArray[Any]]) -> None:
-        """Set the state to what `tensors` returned.
+        """Restore the state that `tensors` returned.
 
         Raises:
             ValueError: the names, shapes or types are not those of this learner.

@@ -1,4 +1,4 @@
-"""Pure updates in JAX, each making a new learner state (Algorithm 2, lines 7-12)."""
+"""Pure updates in JAX, which return a new learner state (Algorithm 2, lines 7-12)."""
 
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
@@ -27,11 +27,11 @@ class Updated(NamedTuple):
     state: LearnerState
     metrics: Metrics | None
     td_error: Float[jax.Array, " B"]
-    """By the parameters before the update."""
+    """With the parameters before the update."""
 
 
 class Update(Protocol):
-    """A new learner state from a minibatch."""
+    """Computes a new learner state from a minibatch."""
 
     def __call__(
         self,
@@ -44,11 +44,11 @@ class Update(Protocol):
         """Update once.
 
         Args:
-            state: before the update.
+            state: the state before the update.
             packed: a minibatch of packed transitions.
             weights: importance-sampling weights, or None.
-            measured: whether to give metrics.
-            noise: the key for noisy weights, None where they are not noisy.
+            measured: whether to return metrics.
+            noise: the key for noisy weights, None if the network has none.
         """
         ...
 
@@ -57,16 +57,16 @@ Fit = Callable[
     [LearnerState, Float[jax.Array, "B D"], Int[jax.Array, " B"], Float[jax.Array, " B"]],
     tuple[LearnerState, Metrics],
 ]
-"""A new learner state from observations, actions and the targets of their values."""
+"""Computes a new learner state from observations, actions and targets of their values."""
 
 
 def make_update(
     network: QNetwork, config: LearningConfig, losses: LossFunction | None = None
 ) -> Update:
-    """A pure update by one minibatch, for the caller to compile.
+    """A pure update with one minibatch, for the caller to compile.
 
-    Its argument `measured` must be static: computing metrics that nobody records would take a
-    twentieth of the update's time.
+    Its argument `measured` must be static: computing metrics that nobody records would take 5%
+    of the update's time.
 
     Args:
         network: to update.

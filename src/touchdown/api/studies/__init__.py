@@ -1,4 +1,4 @@
-"""What the study verbs do, as functions for a notebook."""
+"""The study verbs as functions, for notebooks and scripts."""
 
 from touchdown.api.studies.agent_search import TunedAgent, tune_agent
 from touchdown.api.studies.comparison import compare

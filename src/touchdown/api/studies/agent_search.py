@@ -1,4 +1,4 @@
-"""Search an agent's settings with Optuna, and write the best ones to a file."""
+"""Tunes hyper-parameters with Optuna, and writes the best ones to a file."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ from touchdown.studies.store import DEFAULT_RESULTS
 
 @dataclass(frozen=True, slots=True)
 class TunedAgent:
-    """The result of a search, and the files that hold it."""
+    """The result of a search, and its files."""
 
     value: float
     trials: int
@@ -28,7 +28,7 @@ class TunedAgent:
     files: tuple[Path, ...]
 
     def __str__(self) -> str:
-        """As a sentence."""
+        """A sentence with the result."""
         settings = ", ".join(
             f"{name.split('.')[-1]} {value:.4g}" for name, value in self.changed.items()
         )
@@ -51,23 +51,23 @@ def tune_agent(
     results_dir: Path | str = DEFAULT_RESULTS,
     console: Console | None = None,
 ) -> TunedAgent:
-    """Search a preset's settings with Optuna; the same call resumes a search that was stopped.
+    """Tune a preset's hyper-parameters with Optuna; the same call resumes a stopped search.
 
     A trial trains with several seeds that no study reports; its value is their mean return on
-    validation starts. A trial that is below the median after some of its seeds is pruned.
+    validation starts. A trial below the median after some of its seeds is pruned.
 
     Args:
-        preset: settings to start from.
-        trials: number of trials in total, earlier ones included.
-        seeds: training seeds of each trial.
-        env_steps: environment steps of each run; None takes the preset's limit.
-        seed: of the sampler.
-        storage: Optuna's, such as `postgresql://…` for many machines; None takes SQLite in the
+        preset: preset to start from.
+        trials: total number of trials, including earlier ones.
+        seeds: training seeds per trial.
+        env_steps: environment steps per run; None uses the preset's limit.
+        seed: seed of the sampler.
+        storage: Optuna storage, such as `postgresql://…` for many machines; None uses SQLite in the
             results folder.
-        out: TOML file for the best settings, with a plot of their importance beside it; None
-            writes neither.
-        executor: runs a trial's seeds; None takes worker processes on this machine.
-        results_dir: folder that holds the trials' runs.
+        out: TOML file for the best settings, with a plot of their importance in the same
+            folder; None writes neither.
+        executor: runs a trial's seeds; None uses worker processes on this machine.
+        results_dir: folder of the trials' runs.
         console: where to show progress; None shows nothing.
 
     Raises:
@@ -97,13 +97,13 @@ def tune_agent(
     shown = console or Console(quiet=True)
     try:
         with (
-            progress.counting(shown, f"searching {preset}", trials) as count,
+            progress.counting(shown, f"tuning {preset}", trials) as count,
             progress.stop_on_signals(shown) as stop,
         ):
 
             def on_trial(number: int, best: float | None) -> None:
                 best_text = "" if best is None else f", best {best:.1f}"
-                count.describe(f"searching {preset}{best_text}", number)
+                count.describe(f"tuning {preset}{best_text}", number)
 
             found = search.search(
                 study,
@@ -118,7 +118,7 @@ def tune_agent(
             )
     except Interrupted:
         raise Interrupted(
-            "stopped; finished trials are kept, and the same command continues"
+            "stopped; finished trials are kept, and the same command resumes the search"
         ) from None
     written: list[Path] = []
     if out is not None:

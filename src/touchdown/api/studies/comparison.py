@@ -1,4 +1,4 @@
-"""Compare runs on one page."""
+"""Compares runs on one page."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,12 +19,12 @@ def compare(
     runs_dir: Path | str = DEFAULT_RUNS,
     console: Console | None = None,
 ) -> Path:
-    """Write one page that compares runs; runs that differ only in the seed are one level.
+    """Write one page that compares runs; runs that differ only in their seed form one level.
 
     Args:
-        names: of finished runs; the others are compared with the first one's settings.
+        names: names of finished runs; the settings of the first are the baseline.
         out: folder for the page.
-        runs_dir: folder that holds the runs.
+        runs_dir: folder of the runs.
         console: where to show progress; None shows nothing.
 
     Returns:

@@ -1,4 +1,4 @@
-"""What the name of a study means: one of the paper's topics, all of them, or a TOML file."""
+"""Finds a study by name: one of the paper's topics, all of them, or a TOML file."""
 
 import shlex
 from collections.abc import Mapping, Sequence
@@ -15,39 +15,39 @@ from touchdown.studies.store import DEFAULT_RESULTS, StartedStudy, Store
 from touchdown.studies.work import BaselineJob, PidJob, TrainJob
 
 PAPER = "paper"
-"""The name of all the paper's studies together."""
+"""Name of all the paper's studies together."""
 
 
 @dataclass(frozen=True, slots=True)
 class StudySelection:
-    """All jobs that one name stands for."""
+    """The studies and jobs of one name."""
 
     name: str
     scale: Scale
     file: Path | None
     """The TOML file of a user's study; None for the paper's."""
     studies: tuple[tuple[Study, int], ...]
-    """Each with its number of seeds."""
+    """Studies with their numbers of seeds."""
     pid_jobs: tuple[PidJob, ...]
     baselines: tuple[BaselineJob, ...]
     seeds: int | None
-    """Seeds of each cell that were asked for; None for the studies' own numbers."""
+    """Requested seeds per cell; None for the studies' own numbers."""
 
     @property
     def train_jobs(self) -> list[TrainJob]:
-        """All training runs, each once."""
+        """All training runs, without duplicates."""
         return runner.jobs_of(self.studies)
 
     @property
     def jobs(self) -> list[Job]:
-        """The baselines and the PID's tunings first, as they are short, then the training runs."""
+        """All jobs: first the short ones, baselines and PID tunings, then the training runs."""
         return [*self.baselines, *self.pid_jobs, *self.train_jobs]
 
     def command(self, store: Store | None = None) -> str:
         """The command that runs it.
 
         Args:
-            store: where its results are; None leaves that out of the command.
+            store: store of its results; None leaves it out of the command.
         """
         words = ["touchdown", "study", "run", str(self.file or self.name)]
         words += [] if self.file else ["--scale", self.scale]
@@ -57,7 +57,7 @@ class StudySelection:
         return shlex.join(words)
 
     def job_names(self) -> Mapping[str, str]:
-        """A name for each job by its digest: the first study that has it, the level, the seed."""
+        """A name for each job by its digest: its first study, its level and its seed."""
         found: dict[str, str] = {job.digest: f"baseline {job.name}" for job in self.baselines}
         found |= {
             job.digest: f"pid {job.tuning.tuner}, seed {job.tuning.seed}" for job in self.pid_jobs
@@ -70,12 +70,12 @@ class StudySelection:
 
 
 def find_study(name: str, *, scale: str = "quick", seeds: int | None = None) -> StudySelection:
-    """What a name means.
+    """Find a study by name.
 
     Args:
         name: `paper`, one of its topics, or the path of a study's TOML file.
-        scale: of the paper's studies: `quick` or `full`.
-        seeds: training seeds of each cell; None takes the study's own number.
+        scale: scale of the paper's studies: `quick` or `full`.
+        seeds: training seeds per cell; None uses the study's own number.
 
     Raises:
         UserError: there is no such study, or its file is broken.
@@ -104,7 +104,7 @@ def find_study(name: str, *, scale: str = "quick", seeds: int | None = None) -> 
         raise UserError(f"study {name!r}: unknown; choose one of {known}, or a .toml file")
     study = plan.from_toml(Path(name))
     if study.name in (PAPER, *topics):
-        raise UserError(f"{name}: name = {study.name!r}: is one of the paper's; choose another")
+        raise UserError(f"{name}: name = {study.name!r}: reserved for the paper's studies")
     if seeds is not None:
         plan.check_seeds(seeds, study.first_seed)
     of_file = ((study, seeds or study.seeds),)
@@ -114,13 +114,13 @@ def find_study(name: str, *, scale: str = "quick", seeds: int | None = None) -> 
 def find_started(
     store: Store, name: str | None, scale: str | None, seeds: int | None
 ) -> Sequence[StudySelection]:
-    """What a name means, with the scale and the number of seeds that it was last run with.
+    """Find studies by name, with the scale and the number of seeds of their last run.
 
     Args:
-        store: where it was run.
-        name: of a study; None takes all that were started in the store.
-        scale: of the paper's studies; None takes the scale last run.
-        seeds: training seeds of each cell; None takes the number last asked for.
+        store: the store in which it was run.
+        name: name of a study; None uses all that were started in the store.
+        scale: scale of the paper's studies; None uses that of the last run.
+        seeds: training seeds per cell; None uses the number of the last run.
 
     Raises:
         UserError: there is no such study, or none was started.

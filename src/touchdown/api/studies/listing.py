@@ -1,4 +1,4 @@
-"""The paper's topics: what each asks, and how many runs it takes."""
+"""The paper's topics: the question of each, and its number of runs."""
 
 import dataclasses
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The page of a study, from the records of its runs."""
+"""Writes the page of a study from the records of its runs."""
 
 import shlex
 from pathlib import Path
@@ -28,11 +28,11 @@ def study_report(
     """Write a study's page: figures, verdicts on its claims, flights, tables.
 
     Args:
-        name: of a study; None takes the only one that was started.
-        scale: of the paper's studies; None takes the scale last run.
-        seeds: training seeds of each level; None takes the number last asked for.
-        out: folder for the page; None makes one in the results folder, with links to the runs.
-        results_dir: folder that holds the runs and reports of studies.
+        name: name of a study; None uses the only one that was started.
+        scale: scale of the paper's studies; None uses that of the last run.
+        seeds: training seeds per level; None uses the number of the last run.
+        out: folder for the page; None uses one in the results folder, with links to the runs.
+        results_dir: folder of the runs and reports of studies.
         console: where to show progress; None shows nothing.
 
     Raises:
@@ -43,7 +43,7 @@ def study_report(
     started = find_started(store, name, scale, seeds)
     if len(started) > 1:
         names = ", ".join(each.name for each in started)
-        raise UserError(f"name: must be one of {names}, because several studies were started")
+        raise UserError(f"name = None: must be one of {names}: several studies were started")
     selection = started[0]
     runs = [*selection.pid_jobs, *selection.train_jobs]
     if len(store.without_results(runs)) == len(runs):
@@ -56,7 +56,7 @@ def study_report(
     note = _note_on_flights(selection, store)
     shown = console or Console(quiet=True)
     sections = len(paper.topics(selection.scale)) if selection.name == PAPER else 1
-    with progress.counting(shown, f"report of {selection.name}", sections) as count:
+    with progress.counting(shown, f"writing the report of {selection.name}", sections) as count:
 
         def on_step(_name: str) -> None:
             count()
@@ -93,11 +93,11 @@ def _report_command(selection: StudySelection, store: Store, out: Path | str | N
 
 
 def _note_on_flights(selection: StudySelection, store: Store) -> str:
-    """A sentence about flights that are not recorded; "" if all are."""
+    """A sentence about missing flights; "" if there are none."""
     runs = len(store.unrecorded(selection.jobs))
     if not runs and not store.without_results(selection.baselines):
         return ""
     what = [f"the flights of {runs} finished run{'s' * (runs > 1)}"] if runs else []
     what += ["the baselines' flights"] if store.without_results(selection.baselines) else []
-    text = f"{' and '.join(what)} are not recorded, so this page leaves out what shows them. "
+    text = f"{' and '.join(what)} are not recorded, so this page omits what needs them. "
     return f"{text[0].upper()}{text[1:]}{selection.command(store)} records them without training."

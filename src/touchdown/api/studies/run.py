@@ -1,4 +1,4 @@
-"""Run a study, or estimate how long it will take."""
+"""Runs a study, or estimates how long it will take."""
 
 from pathlib import Path
 
@@ -25,22 +25,22 @@ def run_study(
     results_dir: Path | str = DEFAULT_RESULTS,
     console: Console | None = None,
 ) -> State:
-    """Run a study; runs that are done already, in any study, are not repeated.
+    """Run a study; runs that are already done, in any study, are not repeated.
 
     Args:
         name: `paper`, one of its topics, or the path of a study's TOML file.
-        scale: of the paper's studies: `quick` or `full`.
-        seeds: training seeds of each cell; None takes the study's own number.
-        executor: does the jobs; None takes one worker process per core of this machine.
-        results_dir: folder that holds the runs and reports of studies.
+        scale: scale of the paper's studies: `quick` or `full`.
+        seeds: training seeds per cell; None uses the study's own number.
+        executor: runs the jobs; None uses one worker process per core of this machine.
+        results_dir: folder of the runs and reports of studies.
         console: where to show progress; None shows nothing.
 
     Returns:
-        The state at the end, with the runs that failed.
+        The final state, with the failed runs.
 
     Raises:
         UserError: there is no such study, its file is broken, the folder is of another version or
-            in use, or nothing can be written; finished runs stay.
+            in use, or nothing can be written; finished runs are kept.
         Interrupted: Ctrl-C or SIGTERM; unfinished runs were saved.
     """
     selection = find_study(name, scale=scale, seeds=seeds)
@@ -62,7 +62,7 @@ def run_study(
                 should_stop=stop,
             )
     except Interrupted:
-        raise Interrupted(f"stopped and saved; continue with: {selection.command()}") from None
+        raise Interrupted(f"stopped and saved; resume with: {selection.command()}") from None
 
 
 def estimate_study(
@@ -76,14 +76,14 @@ def estimate_study(
 ) -> Estimate:
     """Estimate how long a study will take, from the speed of each kind of run on this machine.
 
-    Finished runs show the speed of their kind; every other kind is trained for a few seconds.
+    Finished runs show the speed of their kind; other kinds are trained for a few seconds.
 
     Args:
         name: `paper`, one of its topics, or the path of a study's TOML file.
-        scale: of the paper's studies: `quick` or `full`.
-        seeds: training seeds of each cell; None takes the study's own number.
-        workers: runs at the same time; None takes one per core.
-        results_dir: folder that holds the runs of studies; it need not exist.
+        scale: scale of the paper's studies: `quick` or `full`.
+        seeds: training seeds per cell; None uses the study's own number.
+        workers: parallel runs; None uses one per core.
+        results_dir: folder of the runs of studies; it does not need to exist.
         console: where to show progress; None shows nothing.
 
     Raises:
@@ -94,7 +94,7 @@ def estimate_study(
     path = Path(results_dir)
     store = stores.open_store(path) if path.exists() else Store(path)
     shown = console or Console(quiet=True)
-    with progress.counting(shown, "measuring how fast runs are", 1.0) as counter:
+    with progress.counting(shown, "measuring the speed of runs", 1.0) as counter:
         return estimate(
             selection.train_jobs,
             selection.pid_jobs,
@@ -106,11 +106,11 @@ def estimate_study(
 
 
 def executor_of(on: str, workers: int | None = None) -> Executor:
-    """The executor that `--on` names.
+    """The executor for a value of `--on`.
 
     Args:
         on: `local`, `ray` for a cluster that this machine belongs to, or `ray://host:port`.
-        workers: jobs at the same time; None takes one per core.
+        workers: parallel jobs; None uses one per core.
 
     Raises:
         UserError: there is no such place, or Ray is not installed.

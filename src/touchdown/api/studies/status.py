@@ -1,4 +1,4 @@
-"""How much of each study is done, and which runs failed and why."""
+"""Progress of each study, and its failed runs."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -15,17 +15,17 @@ from touchdown.studies.store import DEFAULT_RESULTS
 
 @dataclass(frozen=True, slots=True)
 class StudyProgress:
-    """How much of one study is done."""
+    """Progress of one study."""
 
     name: str
     runs: int
     done: int
     """Trained and tested."""
     failed: dict[str, str]
-    """The reason of each failure, by the run's name."""
+    """The reason of each failure, by the name of the run."""
     unrecorded: int = 0
-    """Those of the done runs whose flights are not recorded, because an earlier version ran them:
-    `study run` records the flights and does not train again."""
+    """Done runs without recorded flights, because an earlier version ran them; `study run` records
+    the flights without training again."""
 
     def to_dict(self) -> dict[str, Any]:
         """As values for JSON."""
@@ -39,13 +39,13 @@ def study_status(
     seeds: int | None = None,
     results_dir: Path | str = DEFAULT_RESULTS,
 ) -> list[StudyProgress]:
-    """How much of each study is done.
+    """Progress of each study.
 
     Args:
-        name: of a study; None takes all that were started in the folder.
-        scale: of the paper's studies; None takes the scale last run.
-        seeds: training seeds of each level; None takes the number last asked for.
-        results_dir: folder that holds the runs and reports of studies.
+        name: name of a study; None uses all that were started in the folder.
+        scale: scale of the paper's studies; None uses that of the last run.
+        seeds: training seeds per level; None uses the number of the last run.
+        results_dir: folder of the runs and reports of studies.
 
     Raises:
         UserError: there is no such folder or study.

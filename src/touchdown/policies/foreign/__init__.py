@@ -1,1 +1,1 @@
-"""Policies of other libraries: their files, read without running anything in them."""
+"""Policies of other libraries; reading their files runs no code in them."""

@@ -38,7 +38,7 @@ class Archive:
             self._zip = zipfile.ZipFile(io.BytesIO(data))
             self._members = {member.filename: member for member in self._zip.infolist()}
         except _BROKEN:
-            raise ValueError("not a whole zip archive") from None
+            raise ValueError("not a complete zip archive") from None
         if len(self._members) > _MOST_MEMBERS:
             raise ValueError(f"has {len(self._members)} members, must be at most {_MOST_MEMBERS}")
 
@@ -51,25 +51,25 @@ class Archive:
         """The bytes of a member.
 
         Args:
-            name: of the member.
-            most: limit on its uncompressed size, in bytes.
+            name: name of the member.
+            most: limit on its uncompressed size in bytes.
 
         Raises:
-            ValueError: there is no such member, it is larger, broken, encrypted, or compressed by
-                another method than deflate.
+            ValueError: there is no such member, or it is larger, broken, encrypted, or compressed
+                with a method other than deflate.
         """
         if name not in self._members:
-            raise ValueError(f"holds no {name!r}")
+            raise ValueError(f"has no {name!r}")
         member = self._members[name]
         if member.file_size > most:
             raise ValueError(f"{name!r} has {member.file_size} bytes, must be at most {most}")
         if member.flag_bits & _ENCRYPTED or member.compress_type not in _READABLE:
-            raise ValueError(f"{name!r} is encrypted, or compressed by another method than deflate")
+            raise ValueError(f"{name!r} is encrypted, or its compression is not deflate")
         try:
             with self._zip.open(member) as file:
                 data = file.read(most + 1)  # the size checked above is only what the archive claims
         except _BROKEN:
             data = b""
         if len(data) != member.file_size:
-            raise ValueError(f"{name!r} is cut off or altered")
+            raise ValueError(f"{name!r} is truncated or altered")
         return data

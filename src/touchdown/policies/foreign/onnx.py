@@ -1,4 +1,4 @@
-"""A network in the ONNX format as a policy, ours or anyone's, computed by onnxruntime."""
+"""An ONNX model, ours or another, as a policy, computed by onnxruntime."""
 
 from collections.abc import Sequence
 from importlib import import_module
@@ -23,7 +23,7 @@ class OnnxModel:
     """A loaded model, computed on one thread.
 
     Args:
-        source: the bytes of the model, or its path, so that weights in a file beside it are found.
+        source: the bytes of the model, or its path, so that weights in a separate file are found.
         where: the origin of the model, for error messages.
 
     Raises:
@@ -40,7 +40,7 @@ class OnnxModel:
             ) from None
         options: Any = onnxruntime.SessionOptions()
         options.intra_op_num_threads = options.inter_op_num_threads = 1
-        options.log_severity_level = 4  # errors are raised, so they need no log
+        options.log_severity_level = 4  # errors are raised, so no log is needed
         self._where = where
         self._errors: tuple[type[Exception], ...] = (
             errors.Fail,
@@ -59,7 +59,7 @@ class OnnxModel:
                 providers=["CPUExecutionProvider"],
             )
         except self._errors as error:
-            raise UserError(f"{where}: not a whole ONNX model: {one_line(error)}") from None
+            raise UserError(f"{where}: not a complete ONNX model: {one_line(error)}") from None
 
     @property
     def inputs(self) -> list[tuple[str, str, list[int | str | None]]]:
@@ -90,17 +90,17 @@ class OnnxModel:
 
 
 class OnnxPolicy:
-    """Takes the action with the largest value of a model, or the action that the model gives.
+    """Chooses the action with the largest value of a model, or the action that the model returns.
 
     Args:
-        model: with one input, float32 [N, D], or [B, D] with a fixed B such as 1. The first output
-            that is float [N, A] is taken as values; else the first that is integer, [N] or [N, 1],
-            as actions.
-        spaces: of the environment.
+        model: a model with one input, float32 [N, D], or [B, D] with a fixed B such as 1. The first
+            float output [N, A] is used as values; otherwise the first integer output, [N] or
+            [N, 1], as actions.
+        spaces: spaces of the environment.
         where: the origin of the model, for error messages.
 
     Raises:
-        UserError: the model has other inputs or outputs.
+        UserError: the model has different inputs or outputs.
     """
 
     def __init__(self, model: OnnxModel, spaces: Spaces, where: str) -> None:
@@ -113,12 +113,12 @@ class OnnxPolicy:
             case _:
                 raise UserError(
                     f"{where}: its inputs are {', '.join(shapes) or 'none'}; "
-                    f"must be one, tensor(float) [N, {spaces.observation_size}]"
+                    f"must be one tensor(float) [N, {spaces.observation_size}]"
                 )
         if isinstance(size, int) and size != spaces.observation_size:
             raise UserError(
-                f"{where}: takes observations of {size} numbers, the environment gives "
-                f"{spaces.observation_size}; --env-id names another"
+                f"{where}: takes observations of {size} numbers, but the environment has "
+                f"{spaces.observation_size}; set another one with --env-id"
             )
         self._rows = rows if isinstance(rows, int) else _ROWS
         if not 1 <= self._rows <= _MOST_ROWS:
@@ -126,7 +126,7 @@ class OnnxPolicy:
         self._output, self._gives_values = self._choose(spaces)
 
     def _choose(self, spaces: Spaces) -> tuple[str, bool]:
-        """The output to use, and whether it holds values; shapes are found by a trial call."""
+        """The output to use, and whether it contains values; shapes are found by a trial call."""
         zeros = np.zeros((self._rows, spaces.observation_size), np.float32)
         results = [
             (name, cast(NDArray[Any], result))
@@ -141,15 +141,15 @@ class OnnxPolicy:
                 return name, False
         shapes = [f"{name} {result.dtype}{list(result.shape)}" for name, result in results]
         raise UserError(
-            f"{self._where}: gives {', '.join(shapes)} for {self._rows} observations; must give "
-            f"values [N, {spaces.num_actions}] or actions [N] (--env-id names another environment)"
+            f"{self._where}: returns {', '.join(shapes)} for {self._rows} observations, must be "
+            f"values [N, {spaces.num_actions}] or actions [N]; --env-id sets the environment"
         )
 
     def act(self, observations: FloatArray) -> IntArray:
         """An action for each observation: [N, D] to [N].
 
         Raises:
-            UserError: the model gives an action that the environment does not have.
+            UserError: the model returns an action that the environment does not have.
         """
         given = in_blocks(self._given, observations, self._rows)
         if self._gives_values:
@@ -158,7 +158,7 @@ class OnnxPolicy:
         wrong = actions[(actions < 0) | (actions >= self._num_actions)]
         if len(wrong):
             raise UserError(
-                f"{self._where}: gives action {wrong[0]}, must be from 0 to {self._num_actions - 1}"
+                f"{self._where}: action {wrong[0]}: must be from 0 to {self._num_actions - 1}"
             )
         return actions
 
@@ -170,14 +170,14 @@ def read_onnx(path: Path, env_id: str) -> tuple[OnnxPolicy, str]:
     """A policy from an ONNX file, and the id of the environment that it is for.
 
     Args:
-        path: of the `.onnx`.
-        env_id: the environment if the file names none; files of ours do.
+        path: path of the `.onnx` file.
+        env_id: the environment if the file does not name one; our files do.
 
     Raises:
         UserError: onnxruntime is not installed, or the file is broken or does not fit the
             environment.
     """
-    files.read_bytes(path, _MOST_BYTES)  # it exists, and is not too large to load
+    files.read_bytes(path, _MOST_BYTES)  # check that it exists and is not too large
     model = OnnxModel(path, str(path))
     named = model.metadata.get("env_id", env_id)
     spaces = environment.spaces_of(named)

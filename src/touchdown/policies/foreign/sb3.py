@@ -1,8 +1,8 @@
-"""A policy saved by Stable-Baselines3, loaded into a network of ours; nothing is unpickled.
+"""A policy saved by Stable-Baselines3, loaded without unpickling anything.
 
-Its archive holds `data`, JSON that contains pickles, which are not read, and `policy.pth`, the
-weights of PyTorch. The names of the weights determine the algorithm, and their shapes the layers.
-The activation is the algorithm's default unless `data` has another in plain text.
+Its archive contains `data`, JSON with pickles, which are not read, and `policy.pth`, PyTorch
+weights. The names of the weights determine the algorithm, and their shapes the layers. The
+activation is the algorithm's default unless `data` has another one in plain text.
 """
 
 import re
@@ -23,10 +23,10 @@ from touchdown.envs import environment
 from touchdown.policies.foreign.archive import Archive
 from touchdown.policies.foreign.torch_state import read_state
 
-_MOST_BYTES = 128 << 20  # of the archive, and of a member; an MLP needs a hundredth of it
+_MOST_BYTES = 128 << 20  # limits of the archive and of a member; an MLP needs a hundredth of them
 _HOMES = ("stable_baselines3.", "sb3_contrib.")  # modules of the policies whose defaults are known
 _ACTIVATIONS = {"ReLU": "relu", "Tanh": "tanh", "SiLU": "silu"}
-_CLASS = re.compile(r"<class '(?:\w+\.)*(\w+)'>")  # as Python prints one
+_CLASS = re.compile(r"<class '(?:\w+\.)*(\w+)'>")  # as printed by Python
 _SEEN = ("Box", "Discrete")
 _PICKLED_STATISTICS = ("vec_normalize.pkl", "vecnormalize.pkl")
 
@@ -43,22 +43,22 @@ class _Linear(NamedTuple):
 def read_sb3(path: Path, env_id: str) -> GreedyPolicy:
     """A greedy policy from a Stable-Baselines3 archive of DQN, QRDQN, PPO or A2C with `MlpPolicy`.
 
-    For an actor (PPO, A2C) it takes the most probable action, and its values are the logits.
+    For an actor (PPO, A2C) the action is the most probable one, and the values are the logits.
 
     Args:
-        path: of the `.zip`.
+        path: path of the `.zip` file.
         env_id: the environment, which the archive does not name.
 
     Raises:
-        UserError: it is not such an archive, is broken, or is of another kind of policy or for
-            another environment.
+        UserError: the file is not such an archive, is broken, or has another kind of policy or
+            environment.
     """
     spaces = environment.spaces_of(env_id)
     data = files.read_bytes(path, _MOST_BYTES)
     statistics = [name for name in _PICKLED_STATISTICS if path.with_name(name).is_file()]
     if statistics:
         raise UserError(
-            f"{path}: {statistics[0]} is beside it, so its observations were normalised; the "
+            f"{path}: its observations were normalised, as {statistics[0]} is in its folder; the "
             "statistics are a pickle, which is never opened (if only rewards were normalised, move "
             "it away)"
         )
@@ -66,7 +66,7 @@ def read_sb3(path: Path, env_id: str) -> GreedyPolicy:
         return _policy(Archive(data), path, spaces)
     except ValueError as error:
         raise UserError(
-            f"{path}: not a Stable-Baselines3 policy that can be used: {one_line(error)}"
+            f"{path}: not a supported Stable-Baselines3 policy: {one_line(error)}"
         ) from None
 
 
@@ -83,10 +83,10 @@ def _policy(archive: Archive, path: Path, spaces: Spaces) -> GreedyPolicy:
     if (takes, gives, declared) != (spaces.observation_size, expected, str(spaces.num_actions)):
         raise ValueError(
             f"it takes {takes} numbers and gives {gives}, for {declared} actions; the environment "
-            f"gives {spaces.observation_size} and has {spaces.num_actions} actions "
-            "(--env-id names it)"
+            f"has observations of {spaces.observation_size} and {spaces.num_actions} actions; "
+            "set it with --env-id"
         )
-    if quantiles:  # theirs are ordered by quantile, ours by action
+    if quantiles:  # SB3 orders them by quantile, we by action
         by_action = np.arange(gives).reshape(quantiles, -1).T.ravel()
         last = _Linear(last.weight[by_action], last.bias[by_action])
     config = NetworkConfig(
@@ -104,14 +104,14 @@ def _policy(archive: Archive, path: Path, spaces: Spaces) -> GreedyPolicy:
 
 
 def _check_kind(facts: Mapping[str, Any]) -> None:
-    """Refuse another kind of policy, by the text beside the pickles."""
+    """Refuse another kind of policy, identified by the text outside the pickles."""
     home = _text(facts, "policy_class", "__module__") or "an unnamed module"
     if home.startswith("sbx."):
-        raise ValueError("SBX saved it, which keeps weights as a pickle; a pickle is never opened")
+        raise ValueError("it was saved by SBX, with weights as a pickle; pickles are never opened")
     if not home.startswith(_HOMES):
         raise ValueError(
             f"its policy's class is from {home!r}; only MlpPolicy of stable_baselines3 and "
-            "sb3_contrib is known"
+            "sb3_contrib is supported"
         )
     for space, known in {"action_space": ("Discrete",), "observation_space": _SEEN}.items():
         kind = _class_name(_text(facts, space, ":type:"))
@@ -125,10 +125,10 @@ def _linears(state: State) -> tuple[list[_Linear], str]:
     """The layers from the observation to the values, and the algorithm's activation."""
     if any("features_extractor." in name for name in state):
         raise ValueError(
-            "it has a features extractor with weights, such as a CNN; only MlpPolicy can be used"
+            "it has a features extractor with weights, such as a CNN; only MlpPolicy is supported"
         )
     if any(name.startswith("lstm_") for name in state):
-        raise ValueError("it is recurrent; only MlpPolicy can be used")
+        raise ValueError("it is recurrent; only MlpPolicy is supported")
     for values in ("q_net.q_net.", "quantile_net.quantile_net."):
         if linears := _sequence(state, values):
             return linears, "ReLU"
@@ -150,14 +150,14 @@ def _sequence(state: State, prefix: str) -> list[_Linear]:
     names = [name.removeprefix(prefix) for name in state if name.startswith(prefix)]
     numbers = range(0, len(names), 2)
     if set(names) != {f"{number}.{kind}" for number in numbers for kind in _Linear._fields}:
-        raise ValueError(f"{prefix[:-1]} has other layers than linear ones, which cannot be used")
+        raise ValueError(f"{prefix[:-1]} has layers that are not linear, which are not supported")
     return [_linear(state, f"{prefix}{number}") for number in numbers]
 
 
 def _linear(state: State, name: str) -> _Linear:
     weight, bias = (state.get(f"{name}.{kind}") for kind in _Linear._fields)
     if weight is None or bias is None or weight.ndim != 2 or bias.shape != weight.shape[:1]:
-        raise ValueError(f"{name} is not a linear layer, and cannot be used")
+        raise ValueError(f"{name} is not a linear layer, which is not supported")
     return _Linear(weight, bias)
 
 
@@ -173,7 +173,7 @@ def _activation(facts: Mapping[str, Any], default: str) -> str:
 
 
 def _text(facts: Mapping[str, Any], name: str, inside: str) -> str | None:
-    """A value in plain text, which SB3 writes beside its pickle."""
+    """A value in plain text, which SB3 writes in addition to its pickle."""
     holder = facts.get(name)
     if not isinstance(holder, dict) or inside not in holder:
         return None

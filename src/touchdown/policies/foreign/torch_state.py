@@ -1,9 +1,9 @@
 """The arrays of a `torch.save` file, read without PyTorch and without running the file.
 
 The file is a zip archive. Its `data.pkl` is a pickle: a program for a small virtual machine, which
-may call any function that it names, so that loading a pickle runs it. Here the program is only
+may call any function that it names, so loading a pickle runs it. Here the program is only
 interpreted, one operation after the other. Only the operations that a dictionary of arrays needs
-are implemented; names are compared as text; nothing is imported or called; everything else is
+are implemented, names are compared as text, and nothing is imported or called; everything else is
 refused. The bytes of the arrays are in other members, `data/0`, `data/1` and so on.
 """
 
@@ -33,7 +33,7 @@ _NAMES = (_DICTIONARY, _TENSOR, *_DTYPES)
 
 @dataclass(frozen=True, slots=True)
 class _Name:
-    """A name that the program would import: compared, never looked up."""
+    """A name that the program would import; it is compared, never imported."""
 
     text: str
 
@@ -64,7 +64,7 @@ def read_state(data: bytes) -> dict[str, NDArray[Any]]:
     """The arrays of a state dict, by name.
 
     Args:
-        data: a file of `torch.save`, of PyTorch 1.6 or later.
+        data: bytes of a `torch.save` file from PyTorch 1.6 or later.
 
     Returns:
         Each array in its own shape, as floats of 2, 4 or 8 bytes or integers of 8.
@@ -75,7 +75,7 @@ def read_state(data: bytes) -> dict[str, NDArray[Any]]:
     archive = Archive(data)
     programs = [name for name in archive.names if name.endswith("/data.pkl")]
     if len(programs) != 1:
-        raise ValueError("holds no data.pkl, or several: PyTorch 1.6 or later saves one")
+        raise ValueError("has no data.pkl, or several; PyTorch 1.6 or later saves one")
     folder = programs[0].removesuffix("data.pkl")
     order = f"{folder}byteorder"
     if order in archive.names and archive.read(order, 16) != b"little":
@@ -97,7 +97,7 @@ def read_state(data: bytes) -> dict[str, NDArray[Any]]:
 
 
 def _read_program(program: bytes) -> object:  # noqa: PLR0912 - one branch per operation
-    """The object that a pickle makes, of the operations and names that a state dict needs."""
+    """The object of a pickle that uses only operations and names of a state dict."""
     stack: list[Any] = []
     marks: list[int] = []
     memo: dict[int, Any] = {}
@@ -110,7 +110,7 @@ def _read_program(program: bytes) -> object:  # noqa: PLR0912 - one branch per o
     try:
         operations = list(pickletools.genops(program))
     except ValueError:
-        raise ValueError("its data.pkl is not a whole pickle") from None
+        raise ValueError("its data.pkl is not a complete pickle") from None
     for opcode, argument, _ in operations:
         match opcode.name:
             case "PROTO" | "STOP":
@@ -192,7 +192,7 @@ def _made(name: object, arguments: object) -> object:
 
 
 def _check(tensor: _Tensor) -> None:
-    """Refuse an array that reaches beyond its storage, or repeats elements of it."""
+    """Refuse an array that exceeds its storage, or repeats elements of it."""
     sizes = (tensor.offset, tensor.storage.count, *tensor.shape, *tensor.strides)
     if not all(type(size) is int and 0 <= size <= _MOST_NUMBERS for size in sizes):
         raise ValueError("its data.pkl has an array of an invalid shape, or too large")

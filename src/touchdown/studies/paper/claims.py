@@ -1,4 +1,4 @@
-"""The paper's claims, in our words, each with the test that decides it."""
+"""The paper's claims, paraphrased, each with the test that decides it."""
 
 from collections.abc import Sequence
 
@@ -24,7 +24,7 @@ from touchdown.studies.paper.levels import (
 )
 
 _ABOUT = 20.0
-"""Return points within which two means count as about the same."""
+"""Margin in return points within which two means count as about the same."""
 
 
 def labels_of(values: Sequence[float]) -> tuple[Labels, ...]:
@@ -33,7 +33,7 @@ def labels_of(values: Sequence[float]) -> tuple[Labels, ...]:
 
 
 def ladder_claims() -> tuple[Claim, ...]:
-    """What each part brings (sections 4-9)."""
+    """The effect of each part (sections 4-9)."""
     return (
         Claim("Plain DQN ends below 100.", "5", Beyond(("dqn",), 100, "below")),
         Claim("A target network raises the return.", "6", Greater(("target-dqn",), ("dqn",))),
@@ -62,7 +62,7 @@ def ladder_claims() -> tuple[Claim, ...]:
 
 
 def hover_claims() -> tuple[Claim, ...]:
-    """How often episodes run to the time limit (sections 5 and 6)."""
+    """How often episodes reach the time limit (sections 5 and 6)."""
     return (
         Claim(
             "Most training episodes of plain DQN run all 1000 steps.",
@@ -127,7 +127,7 @@ def resaves_claims(scale: Scale) -> tuple[Claim, ...]:
 
 
 def alike_claims() -> tuple[Claim, ...]:
-    """How near the agent's flights are to the PID's (section 9, appendix C)."""
+    """How close the agent's flights are to the PID's (section 9, appendix C)."""
     return (
         Claim(
             "The best agent's flights are nearer to the PID's than to random ones.",
@@ -155,7 +155,7 @@ def pid_claims() -> tuple[Claim, ...]:
 
 
 def target_period_claims(scale: Scale) -> tuple[Claim, ...]:
-    """The period between copies to the target network (section 8.2)."""
+    """The target network update period (section 8.2)."""
     return (
         Claim(
             "A target period around 800 env steps is best.",
@@ -168,7 +168,7 @@ def target_period_claims(scale: Scale) -> tuple[Claim, ...]:
 
 
 def discount_claims() -> tuple[Claim, ...]:
-    """The discount (section 8.4)."""
+    """The discount factor (section 8.4)."""
     return (
         Claim(
             "γ has a sweet spot: 0.99 does better than 0.9 and than 0.999.",

@@ -1,4 +1,4 @@
-"""The paper's experiments: for each a question, the study that answers it, and the claims."""
+"""The paper's experiments: each has a question, the study that answers it, and claims."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,23 +30,23 @@ from touchdown.studies.work import BaselineJob, PidJob
 
 @dataclass(frozen=True, slots=True)
 class Topic:
-    """One of the paper's experiments; the report has a section for each."""
+    """One of the paper's experiments, which is a section of the report."""
 
     name: str
     title: str
     section: str
     question: str
     study: Study | None
-    """The study whose runs it looks at; None for the PID's tunings, which are no training runs."""
+    """The study whose runs it uses; None for the PID tunings, which are not training runs."""
     claims: tuple[Claim, ...] = ()
     metric: str = "best_return"
-    """What its figure shows."""
+    """Metric that its figure shows."""
     with_baselines: bool = False
-    """Whether it compares with the PID's flights and random ones."""
+    """Whether it compares with flights of the PID and of random actions."""
 
 
 def topics(scale: Scale) -> dict[str, Topic]:
-    """All of the paper's, by name, in the order of its sections."""
+    """All topics of the paper by name, in the order of its sections."""
     ladder = _study(
         "ladder",
         scale,
@@ -59,28 +59,28 @@ def topics(scale: Scale) -> dict[str, Topic]:
             ladder.name,
             ladder.title,
             ladder.section,
-            "Does each part that the paper adds land better than the one before?",
+            "Does each part that the paper adds improve the return?",
             ladder,
             claims.ladder_claims(),
             with_baselines=True,
         ),
         Topic(
             "hover",
-            "Hovering until the time is up",
+            "Hovering until the time limit",
             "5, 6",
-            "How often does a training episode run all 1000 steps, and which agent unlearns it?",
+            "How often do training episodes run all 1000 steps, and does this depend on the agent?",
             ladder,
             claims.hover_claims(),
             "hover_share",
         ),
         _topic(
             _size(scale),
-            "Do more nodes in a layer help?",
+            "Do more nodes per layer help?",
             claims.size_claims(scale),
         ),
         _topic(
             _depth(scale),
-            "Does depth help, with 100 nodes in all and with 100 in each layer?",
+            "Does depth help, with 100 nodes in total and with 100 per layer?",
             claims.depth_claims(),
         ),
         _topic(
@@ -94,7 +94,7 @@ def topics(scale: Scale) -> dict[str, Topic]:
                 TARGET_PERIODS[scale],
                 800,
             ),
-            "Is there a best period between copies to the target network, near 800 env steps?",
+            "Is there an optimal update period of the target network, near 800 env steps?",
             claims.target_period_claims(scale),
         ),
         _topic(
@@ -108,7 +108,7 @@ def topics(scale: Scale) -> dict[str, Topic]:
                 RESAVES[scale],
                 10,
             ),
-            "Does storing rewarded transitions again speed learning up, and is it level late?",
+            "Do re-saves speed up early learning, and is their number irrelevant later?",
             claims.resaves_claims(scale),
         ),
         _topic(
@@ -122,7 +122,7 @@ def topics(scale: Scale) -> dict[str, Topic]:
                 GAMMAS[scale],
                 0.99,
             ),
-            "Is there a sweet spot for the discount?",
+            "Is there an optimal discount factor?",
             claims.discount_claims(),
         ),
         _topic(
@@ -136,15 +136,15 @@ def topics(scale: Scale) -> dict[str, Topic]:
                 EPSILON_DECAYS[scale],
                 0.975,
             ),
-            "Is there a sweet spot for how fast exploration ends?",
+            "Is there an optimal speed at which exploration ends?",
             claims.epsilon_decay_claims(),
         ),
-        _topic(_map(scale), "Do the two sweet spots depend on each other?", ()),
+        _topic(_map(scale), "Do the two optima depend on each other?", ()),
         Topic(
             "alike",
             "Flights like the PID's",
             "9, C",
-            "How far are the best agent's flights from the PID's from the same starts?",
+            "How far are the best agent's flights from the PID's, from the same starts?",
             ladder,
             claims.alike_claims(),
             with_baselines=True,
@@ -153,7 +153,7 @@ def topics(scale: Scale) -> dict[str, Topic]:
             "pid",
             "The PID and its tuners",
             "C",
-            "What do gains by hand reach, Twiddle's, and those of modern tuners?",
+            "How good are hand-picked gains, Twiddle's gains, and those of modern tuners?",
             None,
             claims.pid_claims(),
         ),
@@ -162,13 +162,13 @@ def topics(scale: Scale) -> dict[str, Topic]:
 
 
 def studies(scale: Scale) -> dict[str, Study]:
-    """The paper's studies of training runs, by name, each once."""
+    """The paper's studies of training runs, by name."""
     of = [topic.study for topic in topics(scale).values() if topic.study is not None]
     return {study.name: study for study in of}
 
 
 def pid_jobs(scale: Scale, seeds: int | None = None) -> list[PidJob]:
-    """The tunings of the PID."""
+    """The PID tunings."""
     count = LADDER_SEEDS[scale] if seeds is None else seeds
     return [
         PidJob(Tuning(tuner=tuner, seed=seed, trials=PID_TRIALS[scale]))

@@ -1,4 +1,4 @@
-"""What the paper's studies vary, and the settings that they share, at each scale."""
+"""Levels of the paper's studies, and the settings that they share, at each scale."""
 
 from collections.abc import Sequence
 from typing import Any, Literal
@@ -39,7 +39,7 @@ RUNGS: tuple[tuple[str, dict[str, Any]], ...] = (
     ("target-dqn", {"preset": "target-dqn"}),
     ("preferential-dqn", {"preset": "preferential-dqn"}),
     (BEST, {"preset": "paper-best"}),
-    # not the paper's: each is target-dqn with one part of the field's
+    # not in the paper: each is target-dqn with one later variant
     ("double", {"preset": "target-dqn", "learning": {"double": True}}),
     ("prioritized", {"preset": "target-dqn", "replay": {"prioritized": True}}),
 )
@@ -77,5 +77,5 @@ def shape_of(sizes: Sequence[int]) -> str:
 
 
 def split_evenly(nodes: int, depth: int) -> tuple[int, ...]:
-    """The sizes of hidden layers that share a number of nodes, the larger ones first."""
+    """Sizes of hidden layers that share a number of nodes, larger ones first."""
     return tuple(nodes // depth + (i < nodes % depth) for i in range(depth))
