@@ -14,7 +14,8 @@ from mkdocs.structure.pages import Page
 
 _CONVERTER = LatexToMathML(fancy_error=False)
 _DISPLAY = re.compile(r'<div class="arithmatex">\\\[(.*?)\\\]</div>', re.DOTALL)
-_INLINE = re.compile(r'<span class="arithmatex">\\\((.*?)\\\)</span>', re.DOTALL)
+# with what follows it without a space, so that no line begins with a comma
+_INLINE = re.compile(r'<span class="arithmatex">\\\((.*?)\\\)</span>([^\s<]*)', re.DOTALL)
 
 
 def on_page_content(content: str, page: Page, **_: Any) -> str:
@@ -39,7 +40,12 @@ def with_mathml(content: str) -> str:
     content = _DISPLAY.sub(
         lambda found: f'<div class="equation">{to_mathml(found[1], display=True)}</div>', content
     )
-    return _INLINE.sub(lambda found: to_mathml(html.unescape(found[1]), display=False), content)
+    return _INLINE.sub(_inline, content)
+
+
+def _inline(found: re.Match[str]) -> str:
+    math = to_mathml(html.unescape(found[1]), display=False)
+    return f'<span class="together">{math}{found[2]}</span>' if found[2] else math
 
 
 def to_mathml(latex: str, *, display: bool) -> str:
