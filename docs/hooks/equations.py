@@ -58,5 +58,5 @@ def to_mathml(latex: str, *, display: bool) -> str:
     try:
         return _CONVERTER.convert_with_local_state(latex, displaystyle=display)
     except LatexError as error:
-        reason = " ".join(str(error).split())
-        raise ValueError(f"equation {' '.join(latex.split())!r}: {reason}") from None
+        _, _, reason = str(error).partition(": ")  # after the place in the equation
+        raise ValueError(f"equation `{' '.join(latex.split())}`: {reason}") from None

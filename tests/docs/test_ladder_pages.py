@@ -1,4 +1,4 @@
-"""The ladder's pages: what each changes is what its preset changes, and its picture says what it is."""
+"""A page of the ladder says what its preset changes, and what its picture shows."""
 
 import re
 import tomllib
@@ -16,7 +16,9 @@ PAGES = {
 }
 """The page of each rung."""
 PICTURE = r"^!\[(.*?)\]\(\.\./pictures/ladder/([a-z0-9-]+)\.png\)\n\n(.*?)\n\n"
-BUILDS_ON = r"^(?:Builds|`{}` builds) on: \[`([a-z0-9-]+)`\]\(([a-z0-9-]+)\.md\)\. Changes: (.*?)\n\n"
+BUILDS_ON = (
+    r"^(?:Builds|`{}` builds) on: \[`([a-z0-9-]+)`\]\(([a-z0-9-]+)\.md\)\. Changes: (.*?)\n\n"
+)
 
 
 def text_of(page):
