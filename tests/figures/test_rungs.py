@@ -3,31 +3,48 @@ from matplotlib.figure import Figure
 from numpy.testing import assert_allclose
 
 from touchdown.figures import rungs
+from touchdown.stats.summary import bootstrap_iqm
 
 # two seeds, validated at different steps; their returns differ by 2 everywhere
 LOW = ([0, 50, 100], [0.0, 50.0, 100.0])
 HIGH = ([20, 120], [22.0, 122.0])
 
 
-def test_the_mean_covers_the_steps_of_all_curves_with_students_interval():
-    at, mean, half = rungs.mean_and_interval([LOW, HIGH])
+def test_the_line_covers_the_steps_of_all_curves():
+    at, iqm, low, high = rungs.iqm_and_band([LOW, HIGH])
     assert (at[0], at[-1], len(at)) == (20, 100, 200)
-    assert_allclose(mean, at + 1)  # between x and x + 2
-    assert_allclose(
-        half, 12.706, rtol=1e-4
-    )  # t = 12.706 for two seeds, times a standard error of 1
+    assert_allclose(iqm, at + 1)  # between x and x + 2
+    assert_allclose((low, high), (at, at + 2))  # a quarter of the resamples each are one seed twice
 
 
-def test_three_seeds_have_a_narrower_interval_than_two():
-    _, mean, half = rungs.mean_and_interval([([0, 1], [v, v]) for v in (0.0, 3.0, 6.0)])
-    assert_allclose(mean, 3)
-    assert_allclose(half, 4.3027 * 3 / 3**0.5, rtol=1e-4)  # a deviation of 3
+def test_the_line_leaves_out_the_best_and_the_worst_of_four_seeds_and_the_band_does_not():
+    levels = (-90.0, 4.0, 6.0, 300.0)
+    _, iqm, low, high = rungs.iqm_and_band([([0, 1], [level, level]) for level in levels])
+    assert_allclose(iqm, 5)
+    assert_allclose((low[0], high[0]), (low[-1], high[-1]))
+    assert -90 <= low[0] < 0
+    assert 100 < high[0] <= 300
+
+
+def test_the_band_is_the_bootstrap_interval_of_the_tables():
+    values = [12.0, 250.0, 230.0, 241.0, 199.0]
+    _, iqm, low, high = rungs.iqm_and_band([([0, 1], [value, value]) for value in values])
+    table = bootstrap_iqm(values)
+    assert_allclose(iqm, table.value)
+    assert_allclose((low[0], high[0]), (table.low, table.high), atol=8)  # other resamples
 
 
 def test_one_seed_is_drawn_without_an_interval():
-    at, mean, half = rungs.mean_and_interval([LOW])
-    assert_allclose(mean, at)
-    assert not half.any()
+    at, iqm, low, high = rungs.iqm_and_band([LOW])
+    assert_allclose((iqm, low, high), (at, at, at))
+
+
+def test_the_caption_names_the_seeds_the_line_and_the_band():
+    assert rungs.caption({"pilot": [LOW] * 5, "vector-dqn": [LOW] * 5}) == (
+        "n = 5 training seeds each; line: interquartile mean; band: its 95% bootstrap interval"
+    )
+    assert rungs.caption({"pilot": [LOW] * 5, "mine": [LOW] * 3}).startswith("n = 3 to 5 training")
+    assert rungs.caption({"mine": [LOW]}) == "n = 1 training seed; line: interquartile mean"
 
 
 def test_each_variant_has_a_line_and_a_name_with_its_seeds():

@@ -1,36 +1,25 @@
 """The page as a person meets it: in Chromium, wide and narrow, light and dark."""
 
-import os
-import shutil
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from typing import Any
 
 import pytest
 import sample_page
-from playwright.sync_api import Browser, sync_playwright
+from playwright.sync_api import Browser
 from playwright.sync_api import Page as Tab
 
+from chromium import chromium
 from touchdown.report.page import write_page
 
-NAMES = ("chromium", "chromium-browser", "google-chrome")
 SIZES = {"desktop": (1280, 900), "phone": (375, 760)}
-# a root of a container has no sandbox, and nothing here is to reach the network
-FLAGS = ["--disable-gpu", "--disable-background-networking", "--disable-component-update"]
-
 Open = Callable[..., Any]
 
 
 @pytest.fixture(scope="module")
 def browser() -> Generator[Browser]:
-    path = next((found for name in NAMES if (found := shutil.which(name))), None)
-    if path is None:
-        pytest.skip(f"no browser on PATH: looked for {', '.join(NAMES)}")
-    flags = [*FLAGS, "--no-sandbox"] if os.geteuid() == 0 else FLAGS
-    with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=path, args=flags)
-        yield chromium
-        chromium.close()
+    with chromium() as found:
+        yield found
 
 
 @pytest.fixture(scope="module")

@@ -1,15 +1,15 @@
-"""Learning curves of variants over training seeds, with the interval of their mean."""
+"""Learning curves of variants over training seeds: interquartile means and their intervals."""
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import EngFormatter, PercentFormatter
-from scipy import stats
 
 from touchdown.core.types import FloatArray
 from touchdown.figures import style
 from touchdown.lander.rules import SOLVED_RETURN
+from touchdown.stats.summary import RESAMPLES, interquartile_mean
 
 Curve = tuple[Sequence[float], Sequence[float]]
 """Environment steps of a run's validations, in increasing order, and the mean returns."""
@@ -20,26 +20,44 @@ MAX_CURVES = len(_COLOURS)
 _POINTS = 200
 
 
-def mean_and_interval(curves: Sequence[Curve]) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Env steps that all curves cover, their mean, and half its 95% interval by Student's t.
+def iqm_and_band(curves: Sequence[Curve]) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Env steps that all curves cover, their interquartile mean, and its 95% bootstrap interval.
 
     Args:
         curves: one per training seed; validations fall on different steps, so each curve is
             interpolated.
+
+    Returns:
+        Env steps, interquartile means, and the lower and the upper ends of the intervals. At each
+        step the same seeds are drawn, so that a band is as smooth as the curves.
     """
     first, last = (edge(c[0][i] for c in curves) for edge, i in ((max, 0), (min, -1)))
     at = np.linspace(first, last, _POINTS)
-    values = np.array([np.interp(at, *curve) for curve in curves])
-    if len(curves) < 2:
-        return at, values[0], np.zeros(_POINTS)
-    width = float(stats.t.ppf(0.975, len(curves) - 1)) / len(curves) ** 0.5
-    return at, values.mean(axis=0), width * values.std(axis=0, ddof=1)
+    values = np.array([np.interp(at, *curve) for curve in curves])  # [seeds, points]
+    drawn = np.random.default_rng(0).integers(len(curves), size=(RESAMPLES, len(curves)))
+    # point by point: all at once would take gigabytes for a thousand seeds
+    means = np.array([interquartile_mean(point[drawn], axis=1) for point in values.T])
+    low, high = np.percentile(means, (2.5, 97.5), axis=1)
+    return at, interquartile_mean(values, axis=0), low, high
+
+
+def caption(curves: Mapping[str, Sequence[Curve]]) -> str:
+    """What the lines and bands of `draw_rungs` and `draw_shares` are, for the text below them.
+
+    Args:
+        curves: those drawn.
+    """
+    counts = sorted({len(runs) for runs in curves.values()})
+    n = " to ".join(map(str, counts[:1] + counts[1:][-1:]))
+    seeds = "training seed" if counts == [1] else "training seeds"
+    band = "" if counts == [1] else "; band: its 95% bootstrap interval"
+    return f"n = {n} {seeds}{' each' * (len(curves) > 1)}; line: interquartile mean{band}"
 
 
 def draw_rungs(
     ax: Axes, curves: Mapping[str, Sequence[Curve]], solved: float = SOLVED_RETURN
 ) -> Axes:
-    """Mean validation return of each variant over environment steps, with its interval shaded.
+    """Validation return of each variant over environment steps, with its interval shaded.
 
     Args:
         ax: the axes to draw on.
@@ -54,7 +72,7 @@ def draw_rungs(
 
 
 def draw_shares(ax: Axes, curves: Mapping[str, Sequence[Curve]], what: str) -> Axes:
-    """Mean share of each variant over environment steps, with its interval shaded.
+    """Share of each variant over environment steps, with its interval shaded.
 
     Args:
         ax: the axes to draw on.
@@ -72,10 +90,10 @@ def _draw_curves(ax: Axes, curves: Mapping[str, Sequence[Curve]]) -> None:
     # the more bands overlap, the fainter each must be
     alpha = min(0.15, 0.36 / len(curves))
     for (name, runs), colour in zip(curves.items(), _COLOURS, strict=False):
-        at, mean, half = mean_and_interval(runs)
-        ax.fill_between(at, mean - half, mean + half, color=colour, alpha=alpha, linewidth=0)
+        at, iqm, low, high = iqm_and_band(runs)
+        ax.fill_between(at, low, high, color=colour, alpha=alpha, linewidth=0)
         seeds = "1 seed" if len(runs) == 1 else f"{len(runs)} seeds"
-        ax.plot(at, mean, color=colour, linewidth=1.8, label=f"{name}, {seeds}")
+        ax.plot(at, iqm, color=colour, linewidth=1.8, label=f"{name}, {seeds}")
 
 
 def _over_env_steps(ax: Axes) -> Axes:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from touchdown.config.ladder import BUILDS_ON
 from touchdown.figures import rungs, style
 from touchdown.figures import studies as figures
 from touchdown.figures.studies import Point, Row
@@ -97,7 +98,10 @@ def _save(figure: Figure, stem: Path) -> None:
 
 
 def save_all_curves(title: str, results: StudyResults, of: str, stem: Path) -> list[Picture]:
-    """Draw a study's levels over training: in one picture, or each with the baseline if too many.
+    """Draw a study's levels over training: in one picture, or each with its base if too many.
+
+    The base of a rung of the ladder is the rung that it builds on, if the study has it; the base of
+    other levels is the study's.
 
     Args:
         title: title of the pictures.
@@ -108,13 +112,18 @@ def save_all_curves(title: str, results: StudyResults, of: str, stem: Path) -> l
     cells = [cell for cell in results.study.cells() if results.of(cell.labels)]
     if len(cells) <= rungs.MAX_CURVES:
         return [_save_curves(title, results, cells, of, stem)]
-    base = results.study.base_cell()
     found: list[Picture] = []
     for cell in cells:
+        base = _base_of(cell, cells, results.study.base_cell())
         shown = [base] * (cell != base and base in cells) + [cell]
         own = stem.with_name(f"{stem.name}-{re.sub(r'[^A-Za-z0-9_-]+', '-', cell.name)}")
         found.append(_save_curves(f"{title}, {cell.name}", results, shown, of, own))
     return found
+
+
+def _base_of(cell: Cell, cells: Sequence[Cell], base: Cell) -> Cell:
+    below = BUILDS_ON.get(cell.name)
+    return next((other for other in cells if other.name == below), base)
 
 
 def _save_curves(
@@ -134,7 +143,7 @@ def _save_curves(
         stem.with_suffix(".svg"),
         stem.with_suffix(".png"),
         f"{title}: {caption.lower()}, one line per level",
-        f"{caption}; mean over training seeds with its 95% interval (shaded).",
+        f"{caption}: {', '.join(by_level)}; {rungs.caption(by_level)}.",
     )
 
 

@@ -1,0 +1,59 @@
+"""The ladder: which rung each rung builds on, and what it changes."""
+
+import dataclasses
+from typing import Any
+
+from touchdown.config.config import Config
+from touchdown.config.presets import preset
+
+BUILDS_ON = {
+    "tabular-q": "value-iteration",
+    "tabular-sarsa": "tabular-q",
+    "tabular-expected-sarsa": "tabular-sarsa",
+    "tabular-lander": "tabular-q",
+    "online-q": "tabular-lander",
+    "dqn": "online-q",
+    "target-dqn": "dqn",
+    "preferential-dqn": "target-dqn",
+    "paper-best": "preferential-dqn",
+    "pilot": "paper-best",
+    "vector-dqn": "pilot",
+    "deep-sarsa": "vector-dqn",
+    "double-dqn": "vector-dqn",
+    "polyak-dqn": "vector-dqn",
+    "n-step-dqn": "vector-dqn",
+    "dueling-dqn": "vector-dqn",
+    "layer-norm-dqn": "vector-dqn",
+    "prioritized-dqn": "vector-dqn",
+    "qr-dqn": "vector-dqn",
+    "c51-dqn": "vector-dqn",
+    "noisy-dqn": "vector-dqn",
+    "rainbow-lite": "vector-dqn",
+    "rainbow": "rainbow-lite",
+    "pqn": "vector-dqn",
+}
+"""Each rung but the first, and the rung that it is explained by and compared with."""
+
+
+def changes(rung: str) -> dict[str, Any]:
+    """The fields in which a rung differs from the rung that it builds on, with its own values.
+
+    Fields have their names without the section, as flags do.
+
+    Args:
+        rung: name of a preset in `BUILDS_ON`.
+    """
+    base = _fields(preset(BUILDS_ON[rung]))
+    return {name: value for name, value in _fields(preset(rung)).items() if value != base[name]}
+
+
+def _fields(config: Config) -> dict[str, Any]:
+    """All settings by their name; the label `preset` is none."""
+    found: dict[str, Any] = {}
+    for field in dataclasses.fields(config):
+        value = getattr(config, field.name)
+        if dataclasses.is_dataclass(value):
+            found |= {each.name: getattr(value, each.name) for each in dataclasses.fields(value)}
+        elif field.name != "preset":
+            found[field.name] = value
+    return found
