@@ -51,5 +51,5 @@ def test_a_study_without_a_test_is_reported_on_validation_starts(tmp_path):
     assert not re.search(r"\bnan\b", text)
     with (page.parent / "tables" / "search.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert [row["validation_return"] for row in rows] == ["250.0000"] * 4
+    assert [row["validation_return"] for row in rows] == ["250.0"] * 4
     assert {row["best_return"] for row in rows} == {""}

@@ -10,6 +10,7 @@ METRICS = {
     "worst_return": "lowest of the test returns",
 }
 """What each number is, in return points or shares; fields of `RunResult`."""
+DEFAULT_METRIC = "best_return"
 TEST_METRICS = ("best_return", "last_return", "worst_return")
 """Those that a run without a test does not have."""
 

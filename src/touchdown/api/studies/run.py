@@ -1,11 +1,12 @@
 """Run a study, or estimate how long it will take."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
 
 from touchdown.api import views
-from touchdown.api.studies.find import find_study
+from touchdown.api.studies.find import AnyStudy, StudySelection, find_study
 from touchdown.core import progress
 from touchdown.core.errors import Interrupted, UserError
 from touchdown.studies import runner
@@ -17,7 +18,7 @@ from touchdown.studies.store import DEFAULT_RESULTS, StartedStudy, Store
 
 
 def run_study(
-    name: str,
+    study: AnyStudy,
     *,
     scale: str = "quick",
     seeds: int | None = None,
@@ -27,8 +28,11 @@ def run_study(
 ) -> State:
     """Run a study; runs that are done already, in any study, are not repeated.
 
+    A study that was made in Python is kept as a TOML file in the folder of results, so that the
+    command line can continue and report it.
+
     Args:
-        name: `paper`, one of its topics, or the path of a study's TOML file.
+        study: a `Study`, the path of a study file, `paper`, or one of its topics.
         scale: of the paper's studies: `quick` or `full`.
         seeds: training seeds of each cell; None takes the study's own number.
         executor: does the jobs; None takes one worker process per core of this machine.
@@ -43,11 +47,10 @@ def run_study(
             in use, or nothing can be written; finished runs stay.
         Interrupted: Ctrl-C or SIGTERM; unfinished runs were saved.
     """
-    selection = find_study(name, scale=scale, seeds=seeds)
+    selection = find_study(study, scale=scale, seeds=seeds)
     shown = console or Console(quiet=True)
     store = stores.open_store(Path(results_dir), make=True)
-    file = None if selection.file is None else str(selection.file)
-    stores.note_started(store, StartedStudy(selection.name, selection.scale, seeds or 0, file))
+    selection = _note_started(selection, store)
     names = selection.job_names()
     try:
         with (
@@ -65,8 +68,19 @@ def run_study(
         raise Interrupted(f"stopped and saved; continue with: {selection.command()}") from None
 
 
+def _note_started(selection: StudySelection, store: Store) -> StudySelection:
+    """Remember that a study was started; one made in Python then has a file of its own."""
+    file = None if selection.file is None else str(selection.file)
+    started = StartedStudy(selection.name, selection.scale, selection.seeds or 0, file)
+    if not selection.is_paper and selection.file is None:
+        ((study, _),) = selection.studies
+        selection = replace(selection, file=stores.keep(store, study))
+    stores.note_started(store, started)
+    return selection
+
+
 def estimate_study(
-    name: str,
+    study: AnyStudy,
     *,
     scale: str = "quick",
     seeds: int | None = None,
@@ -79,7 +93,7 @@ def estimate_study(
     Finished runs show the speed of their kind; every other kind is trained for a few seconds.
 
     Args:
-        name: `paper`, one of its topics, or the path of a study's TOML file.
+        study: a `Study`, the path of a study file, `paper`, or one of its topics.
         scale: of the paper's studies: `quick` or `full`.
         seeds: training seeds of each cell; None takes the study's own number.
         workers: runs at the same time; None takes one per core.
@@ -89,7 +103,7 @@ def estimate_study(
     Raises:
         UserError: there is no such study, or its file is broken.
     """
-    selection = find_study(name, scale=scale, seeds=seeds)
+    selection = find_study(study, scale=scale, seeds=seeds)
     count = LocalExecutor(workers).workers
     path = Path(results_dir)
     store = stores.open_store(path) if path.exists() else Store(path)
