@@ -5,6 +5,8 @@ import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from touchdown.envs.outcome import threshold_of
 from touchdown.report.page import ClaimRow, Link, Table, TableCell
 from touchdown.runs.run import CURVE
@@ -13,7 +15,7 @@ from touchdown.stats.summary import Interval
 from touchdown.studies.claims import Decision
 from touchdown.studies.findings import p_text
 from touchdown.studies.levels import LevelSummary, summarise_levels
-from touchdown.studies.metrics import METRICS, is_share
+from touchdown.studies.metrics import METRICS, formatter, is_share
 from touchdown.studies.results import StudyResults
 
 _NONE = "–"
@@ -28,10 +30,6 @@ def claim_rows(decisions: Sequence[Decision]) -> tuple[ClaimRow, ...]:
 
 def _points(value: float) -> str:
     return f"{value:.0f}"
-
-
-def _percent(value: float) -> str:
-    return f"{value:.1%}"
 
 
 def _known(value: float, spec: str) -> str:
@@ -56,7 +54,8 @@ def level_table(results: StudyResults, metric: str) -> Table:
         results: of a study.
         metric: what is summarised and compared.
     """
-    text_of = _percent if is_share(metric) else _points
+    levels = summarise_levels(results, metric)
+    text_of = formatter(metric, [np.array(level.seeds.values) for level in levels])
     shows_training = not is_share(metric)
     rows = tuple(
         (
@@ -65,18 +64,18 @@ def level_table(results: StudyResults, metric: str) -> Table:
             interval_text(level.seeds.iqm, text_of),
             interval_text(level.seeds.mean, text_of),
             _NONE if level.seeds.band is None else " to ".join(map(text_of, level.seeds.band)),
-            *(_training_cells(level) if shows_training else ()),
             *_against_base(level, text_of),
+            *(_training_cells(level, text_of) if shows_training else ()),
         )
-        for level in summarise_levels(results, metric)
+        for level in levels
     )
     return Table(
         f"{METRICS[metric].capitalize()}, by level; against the base: difference of means "
         "[95%], probability that a seed has more, p by Holm's correction.",
         (
             "level", "n", "IQM [95%]", "mean [95%]", "band of seeds",
-            *(_training_columns(results) if shows_training else ()),
             "against base", "P(more)", "p",
+            *(_training_columns(results) if shows_training else ()),
         ),
         rows,
     )  # fmt: skip
@@ -107,11 +106,11 @@ def _solved_text(results: StudyResults) -> str:
     return "solved" if thresholds or only is None else f"{only:g}"
 
 
-def _training_cells(level: LevelSummary) -> tuple[str, ...]:
+def _training_cells(level: LevelSummary, text_of: Callable[[float], str]) -> tuple[str, ...]:
     """How training went for a level's seeds."""
     return (
-        _points(level.last_weights),
-        _points(level.over_training),
+        text_of(level.last_weights),
+        text_of(level.over_training),
         _to_solved(level.env_steps_to_solved),
         _to_solved(level.seconds_to_solved),
     )

@@ -5,7 +5,7 @@ fields of a kind have the same names in Python and in a study file.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -18,7 +18,7 @@ from touchdown.core.types import FloatArray
 from touchdown.stats import compare
 from touchdown.stats.summary import Interval
 from touchdown.studies.findings import Finding, SeedsNeeded, Values
-from touchdown.studies.metrics import is_share
+from touchdown.studies.metrics import formatter
 
 _MIN_SEEDS = 2  # of each cell, for a test to say anything
 
@@ -54,9 +54,10 @@ class Greater:
             return None
         found = compare.compare(base, other)
         improvement = found.probability_of_improvement.value
+        text = formatter(metric, (base, other))
         evidence = (
-            f"{self.above} {_mean(other, metric)}, {self.below} {_mean(base, metric)}: "
-            f"difference {_interval(found.difference, metric)}, "
+            f"{self.above} {text(other.mean())}, {self.below} {text(base.mean())}: "
+            f"difference {_interval(found.difference, text)}, "
             f"better in {improvement:.0%} of pairs"
         )
         p_for = _one_sided(found.p_value, as_said=found.difference.value > 0)
@@ -91,8 +92,9 @@ class Trend:
         if min(map(len, groups)) < _MIN_SEEDS:
             return None
         found = compare.trend(groups)
+        text = formatter(metric, groups)
         means = ", ".join(
-            f"{level}: {_mean(group, metric)}"
+            f"{level}: {text(group.mean())}"
             for level, group in zip(self.levels, groups, strict=True)
         )
         as_said = (found.tau > 0) == (self.direction == "rise")
@@ -133,7 +135,9 @@ class SweetSpot:
         known = [side for side in sides if side is not None]
         if len(known) < len(sides):
             return None
-        means = ", ".join(f"{cell}: {_mean(values(cell, metric), metric)}" for cell in self.cells)
+        groups = {cell: values(cell, metric) for cell in self.cells}
+        text = formatter(metric, groups.values())
+        means = ", ".join(f"{cell}: {text(group.mean())}" for cell, group in groups.items())
         return _both(known, means)
 
 
@@ -172,8 +176,9 @@ class Best:
             if level in self.among
         )
         ranked = sorted(zip(chances, self.levels, groups, strict=True), key=lambda e: -e[0])
+        text = formatter(metric, groups)
         best = ", ".join(
-            f"{level} {_mean(group, metric)} (best in {chance:.0%} of resamples)"
+            f"{level} {text(group.mean())} (best in {chance:.0%} of resamples)"
             for chance, level, group in ranked[:3]
         )
         needed = self._needed(dict(zip(self.levels, groups, strict=True)))
@@ -212,9 +217,10 @@ class Beyond:
         if len(seen) < _MIN_SEEDS:
             return None
         found = compare.margin(seen, self.number)
+        text = formatter(metric, (seen, np.array([self.number])))
         evidence = (
-            f"{self.level} {_interval(found.mean, metric)}, "
-            f"{len(seen)} seeds, against {_number(self.number, metric)}"
+            f"{self.level} {_interval(found.mean, text)}, "
+            f"{len(seen)} seeds, against {text(self.number)}"
         )
         sides = (found.p_above, found.p_below)
         p_for, p_against = sides if self.side == "above" else sides[::-1]
@@ -252,7 +258,7 @@ class Near:
         low = compare.margin(seen, self.number - self.within)
         high = compare.margin(seen, self.number + self.within)
         evidence = (
-            f"{self.level} {_interval(low.mean, metric)}, "
+            f"{self.level} {_interval(low.mean, formatter(metric, (seen,)))}, "
             f"{len(seen)} seeds, against {self.number:g} ± {self.within:g}"
         )
         sides = (
@@ -298,9 +304,10 @@ class Alike:
             fewest = min(len(one), len(other))
             sides.append(Finding(p_for, 1 - p_for, "", fewest, found.seeds_needed))
         difference = compare.compare(one, other).difference
+        text = formatter(metric, (one, other))
         evidence = (
-            f"{self.other} {_mean(other, metric)}, {self.one} {_mean(one, metric)}: "
-            f"difference {_interval(difference, metric)}, against ± {self.within:g}"
+            f"{self.other} {text(other.mean())}, {self.one} {text(one.mean())}: "
+            f"difference {_interval(difference, text)}, against ± {self.within:g}"
         )
         return _both(sides, evidence)
 
@@ -348,16 +355,5 @@ def _both(sides: Sequence[Finding], evidence: str) -> Finding:
     return Finding(p_for, p_against, evidence, min(side.seeds for side in sides), seeds_needed)
 
 
-def _interval(found: Interval, metric: str) -> str:
-    low, high = _number(found.low, metric), _number(found.high, metric)
-    return f"{_number(found.value, metric)} [{low}, {high}]"
-
-
-def _number(value: float, metric: str) -> str:
-    if is_share(metric):
-        return f"{value:.1%}"
-    return f"{value:.3f}" if metric in ("distance", "ratio") else f"{value:.0f}"
-
-
-def _mean(values: FloatArray, metric: str) -> str:
-    return _number(float(np.mean(values)), metric)
+def _interval(found: Interval, text: Callable[[float], str]) -> str:
+    return f"{text(found.value)} [{text(found.low)}, {text(found.high)}]"

@@ -1,5 +1,9 @@
 """What claims, comparisons and figures may be about: one number per run."""
 
+from collections.abc import Callable, Iterable
+
+from touchdown.core.types import FloatArray
+
 METRICS = {
     "best_return": "test return of the chosen checkpoint",
     "last_return": "test return of the last weights",
@@ -15,6 +19,27 @@ TEST_METRICS = ("best_return", "last_return", "worst_return")
 """Those that a run without a test does not have."""
 
 
+_SMALL = 10.0  # numbers below it are told apart by their decimals
+_OF_PATHS = ("distance", "ratio")  # of the paper's comparison of flights
+
+
 def is_share(metric: str) -> bool:
     """Whether a metric's numbers are shares, from 0 to 1, rather than return points."""
     return metric.endswith("_share")
+
+
+def formatter(metric: str, groups: Iterable[FloatArray]) -> Callable[[float], str]:
+    """What formats a metric's numbers, all of a table or of a sentence alike.
+
+    Shares are in percent. Returns are whole numbers, with decimals where all are small.
+
+    Args:
+        metric: one of `METRICS`, or of the paper's comparison of flights.
+        groups: the numbers that are shown beside each other.
+    """
+    if is_share(metric):
+        return "{:.1%}".format
+    if metric in _OF_PATHS:
+        return "{:.3f}".format
+    greatest = max((abs(float(value)) for group in groups for value in group), default=_SMALL)
+    return "{:.0f}".format if greatest >= _SMALL else "{:.2f}".format
