@@ -25,12 +25,18 @@ if TYPE_CHECKING:
     from touchdown.config.presets import PRESETS, preset
     from touchdown.core.errors import Interrupted, UserError
     from touchdown.runs.run import Run, list_runs
+    from touchdown.studies.claims import Claim
+    from touchdown.studies.plan import Factor, Level, Study
 
 _HOMES = {
+    "Claim": "studies.claims",
     "Config": "config.config",
+    "Factor": "studies.plan",
     "Interrupted": "core.errors",
+    "Level": "studies.plan",
     "PRESETS": "config.presets",
     "Run": "runs.run",
+    "Study": "studies.plan",
     "UserError": "core.errors",
     "compare": "api.studies",
     "evaluate": "api.flying",
@@ -52,9 +58,13 @@ _HOMES = {
 __version__ = "0.1.0"
 __all__ = [
     "PRESETS",
+    "Claim",
     "Config",
+    "Factor",
     "Interrupted",
+    "Level",
     "Run",
+    "Study",
     "UserError",
     "compare",
     "evaluate",

@@ -29,8 +29,7 @@ def test_a_name_that_only_a_file_has_is_refused_and_nothing_runs(module, tmp_pat
         plugins.load(f"{module}:Inner", "env_id")
     assert str(refused.value) == (
         "env_id = 'strangers_code:Inner': names code that would be imported; if you trust it, "
-        "name it yourself with --env-id strangers_code:Inner, or add --trust (in Python: "
-        "trust=True)"
+        "pass --env-id strangers_code:Inner or --trust (in Python: trust=True)"
     )
     assert not (tmp_path / "ran").exists()
 

@@ -55,3 +55,12 @@ def test_each_variant_has_a_line_and_a_name_with_its_seeds():
     assert set(np.asarray(solved.get_ydata())) == {77.0}
     assert ax.get_xlim()[0] == 0
     assert len({line.get_color() for line in (policy, mine)}) == 2
+
+
+def test_another_environment_than_the_lander_is_shown_whole_without_a_threshold():
+    high = ([0, 100], [400.0, 500.0])
+    ax = rungs.draw_rungs(Figure().subplots(), {"mine": [high]}, None, None)
+    assert len(ax.get_lines()) == 1
+    assert ax.get_ylim()[1] > 500
+    lander = rungs.draw_rungs(Figure().subplots(), {"mine": [high]})
+    assert lander.get_ylim() == rungs.LANDER_RETURNS

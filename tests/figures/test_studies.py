@@ -67,20 +67,32 @@ def test_a_list_of_levels_reads_from_the_top_and_names_the_lines_to_compare_with
 
 def test_a_map_shows_the_mean_and_seeds_of_each_cell_and_leaves_out_missing_cells():
     cells = {(0, 0): LOW, (1, 0): HIGH, (1, 1): np.array([150.0])}
-    ax = figures.draw_map(new_axes(), ("decay", ["0.9", "0.99"]), ("γ", ["0.95", "0.99"]), cells)
+    axes = ("decay", ["0.9", "0.99"]), ("γ", ["0.95", "0.99"])
+    ax = figures.draw_map(new_axes(), *axes, cells)
     texts = {text.get_text(): text.get_position() for text in ax.texts}
     assert texts == {
         "12\n7 to 17\nn = 3": (0, 0),
         "210\n185 to 235\nn = 3": (0, 1),
         "150\n150 to 150\nn = 1": (1, 1),
     }
+    few = figures.draw_map(new_axes(), *axes, {(0, 0): np.array([0.25, 0.25])}, shares=True)
+    assert [text.get_text() for text in few.texts] == ["25%\n25% to 25%\nn = 2"]
 
 
 def test_numbers_have_a_margin_and_outliers_do_not_squeeze_the_rest():
-    ax = figures.finish(new_axes(), "return", [np.array([-4_000.0, 100.0, 200.0])], "y")
+    groups = [np.array([-4_000.0, 100.0, 200.0])]
+    ax = figures.finish(new_axes(), "return", groups, "y", shown=figures.LANDER_RETURNS)
     assert -400 < ax.get_ylim()[0] < -300
     assert 200 < ax.get_ylim()[1] < 400
     assert ax.get_ylabel() == "return"
+
+
+def test_without_limits_every_seed_is_shown_and_only_wide_intervals_are_cut():
+    # 0.5 ± 12.7 standard errors of 0.5: the interval is from -5.85 to 6.85, the seeds from 0 to 1
+    ax = figures.finish(new_axes(), "return", [np.array([0.0, 1.0]), np.array([0.5])], "y")
+    assert_allclose(ax.get_ylim(), (-1.15, 2.15))
+    far = figures.finish(new_axes(), "return", [np.array([-1_000.0, -990.0])], "y")
+    assert far.get_ylim()[0] < -1_000 < -990 < far.get_ylim()[1] < -900
 
 
 def test_an_axis_covers_the_intervals_and_the_other_numbers():

@@ -11,6 +11,7 @@ from touchdown.policies.facts import WeightsFacts
 from touchdown.report.paper_page import write_paper_report
 from touchdown.runs.folder import RunFolder
 from touchdown.studies import paper
+from touchdown.studies.claim_tests import KINDS
 from touchdown.studies.store import Store, open_store
 from touchdown.studies.tuners import Tuned
 from touchdown.studies.work import GAINS
@@ -82,7 +83,8 @@ def test_every_topic_has_a_section_its_figures_and_its_table(written):
             assert (folder / "figures" / f"{name}.{suffix}").stat().st_size > 1_000
     studies = {topic.study.name for topic in topics.values() if topic.study}
     tables = {path.stem for path in (folder / "tables").iterdir()}
-    assert tables == studies | {"claims"}
+    levels = {f"{name}-levels" for name in topics if name not in ("alike", "pid")}
+    assert tables == studies | levels | {"claims"}
     assert "make it so" in text
 
 
@@ -100,6 +102,7 @@ def test_every_claim_has_its_verdict_in_the_table_and_on_the_page(written):
     assert verdicts["The best agent averages about 221."] == "undecided"
     assert verdicts["More nodes lower the return, with one hidden layer."] == "undecided"
     assert verdicts["Twiddle improves on gains that were picked by hand."] == "holds"
+    assert {row["kind"] for row in rows} == set(KINDS)
     text = report.page.read_text()
     assert text.count('class="evidence"') == len(claims)
 

@@ -4,6 +4,8 @@ import re
 from finished_runs import write_run
 from touchdown.config import toml
 from touchdown.report.study_page import write_study_report
+from touchdown.studies.claim_tests import Near
+from touchdown.studies.claims import Claim
 from touchdown.studies.plan import Factor, Study, levels_of
 from touchdown.studies.store import open_store
 
@@ -63,5 +65,23 @@ def test_a_study_without_a_test_is_reported_on_validation_starts(tmp_path):
     assert not re.search(r"\bnan\b", text)
     with (page.parent / "tables" / "search.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert [row["validation_return"] for row in rows] == ["250.0000"] * 4
+    assert [row["validation_return"] for row in rows] == ["250.0"] * 4
     assert {row["best_return"] for row in rows} == {""}
+
+
+def test_a_study_of_an_environment_with_small_returns_shows_their_decimals(tmp_path):
+    study = Study(
+        name="lake",
+        base="tabular-q",
+        factors=[Factor.of("learning.target", ["q-learning", "sarsa"])],
+        seeds=2,
+        claims=[Claim("Both find the way.", Near("sarsa", 0.7, 0.2))],
+    )
+    page = page_of(study, tmp_path, returns=(0.5, 0.75), recorded=False)
+    text = page.read_text()
+    assert "0.62 [0.62, 0.62]" in text
+    assert "sarsa 0.62 [0.62, 0.62], 2 seeds, against 0.7 ± 0.2" in text
+    assert {path.stem for path in page.parent.glob("figures/*.png")} == {
+        "lake",
+        "lake-over-training",
+    }

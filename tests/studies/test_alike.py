@@ -81,8 +81,8 @@ def test_the_ratio_is_that_of_the_pid_to_another_seed():
     found = AgentDistances(
         (SeedDistances(0, 3.0, 9.0, (1.0, 2.0)), SeedDistances(1, 3.0, 9.0, ())), 5
     )
-    assert_allclose(found.values(("to the PID, over to another seed",), "ratio"), [2])
-    assert_allclose(found.values(("to random",), "distance"), [9, 9])
+    assert_allclose(found.values("to the PID, over to another seed", "ratio"), [2])
+    assert_allclose(found.values("to random", "distance"), [9, 9])
 
 
 def test_runs_without_recorded_paths_are_left_out(tmp_path):

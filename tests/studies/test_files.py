@@ -6,7 +6,8 @@ import pytest
 
 from touchdown.config.presets import PRESETS
 from touchdown.studies import paper
-from touchdown.studies.plan import FIRST_TUNING_SEED, from_toml
+from touchdown.studies.plan import FIRST_TUNING_SEED
+from touchdown.studies.study_file import from_toml
 
 FOLDER = Path(__file__).parents[2] / "studies"
 FILES = sorted(FOLDER.glob("*.toml"))

@@ -16,6 +16,7 @@ from touchdown.cli.arguments import (
     Scale,
     Seeds,
     StudyName,
+    Trust,
 )
 from touchdown.cli.printing import print_indented, print_json, print_line
 from touchdown.core.errors import UserError
@@ -46,6 +47,7 @@ class StudyRun:
         bool,
         arg(help="Only print which runs are missing and an estimate of their time, measured here."),
     ] = False
+    trust: Trust = False
     results_dir: ResultsDir = DEFAULT_RESULTS
 
     def run(self, console: "Console") -> None:

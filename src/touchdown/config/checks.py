@@ -49,7 +49,8 @@ def settle(section: Any) -> None:
 @cache
 def _kinds(section: type[Any]) -> dict[str, Any]:
     """The types of a section's fields, with their bounds."""
-    return typing.get_type_hints(section, include_extras=True)
+    hints = typing.get_type_hints(section, include_extras=True)
+    return {each.name: hints[each.name] for each in dataclasses.fields(section)}
 
 
 def _settled(given: Any, kind: Any, name: str) -> Any:

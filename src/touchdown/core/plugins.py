@@ -62,21 +62,22 @@ def trusting(*, everything: bool) -> Generator[None]:
         _trusting.reset(token)
 
 
-def check_allowed(name: str, where: str) -> None:
+def check_allowed(name: str, where: str, *, has_flag: bool = True) -> None:
     """Refuse a name that only a file names.
 
     Args:
         name: `module:Name`.
-        where: the field that has it, such as `env_id`; it is also a flag.
+        where: the field that has it, such as `env_id`.
+        has_flag: whether the user may name it with a flag of the field's name.
 
     Raises:
         UserError: the user did not name it, and said nothing of trust.
     """
     if name not in _named and not _trusting.get():
-        flag = f"--{where.replace('_', '-')} {name}"
+        flag = f"pass --{where.replace('_', '-')} {name} or " if has_flag else "pass "
         raise UserError(
-            f"{where} = {name!r}: names code that would be imported; if you trust it, name it "
-            f"yourself with {flag}, or add --trust (in Python: trust=True)"
+            f"{where} = {name!r}: names code that would be imported; if you trust it, {flag}"
+            "--trust (in Python: trust=True)"
         )
 
 

@@ -18,6 +18,8 @@ _COLOURS = (style.MUTED, style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, st
 MAX_CURVES = len(_COLOURS)
 """Largest number of variants that are distinguishable in one picture."""
 _POINTS = 200
+LANDER_RETURNS = (-400.0, 300.0)
+"""Validation returns of the lander that a picture shows."""
 
 
 def iqm_and_band(curves: Sequence[Curve]) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
@@ -55,18 +57,24 @@ def caption(curves: Mapping[str, Sequence[Curve]]) -> str:
 
 
 def draw_rungs(
-    ax: Axes, curves: Mapping[str, Sequence[Curve]], solved: float = SOLVED_RETURN
+    ax: Axes,
+    curves: Mapping[str, Sequence[Curve]],
+    solved: float | None = SOLVED_RETURN,
+    shown: tuple[float, float] | None = LANDER_RETURNS,
 ) -> Axes:
     """Validation return of each variant over environment steps, with its interval shaded.
 
     Args:
         ax: the axes to draw on.
         curves: curves by variant name; the first is the baseline.
-        solved: return that counts as solved.
+        solved: return that counts as solved; None draws no line for it.
+        shown: lowest and highest return shown; None shows all.
     """
     _draw_curves(ax, curves)
-    ax.axhline(solved, color=style.MUTED, linewidth=1, linestyle=(0, (4, 3)), zorder=1)
-    ax.set_ylim(-400, 300)
+    if solved is not None:
+        ax.axhline(solved, color=style.MUTED, linewidth=1, linestyle=(0, (4, 3)), zorder=1)
+    if shown is not None:
+        ax.set_ylim(*shown)
     ax.set_ylabel("validation return (greedy)")
     return _over_env_steps(ax)
 

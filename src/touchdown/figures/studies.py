@@ -17,9 +17,10 @@ from touchdown.stats.summary import Interval
 
 COLOURS = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, style.RED)
 _SEED: dict[str, Any] = {"s": 14, "alpha": 0.45, "linewidths": 0, "zorder": 2}
-_WIDE = 30.0  # ratio of the largest to the smallest position above which an axis is logarithmic
-# return points; wider intervals, from few seeds, would squeeze the rest of the figure
-_LEAST_SHOWN, _MOST_SHOWN = -300.0, 320.0
+_WIDE = 30.0  # ratio of the largest to the smallest position from which an axis is logarithmic
+LANDER_RETURNS = (-300.0, 320.0)
+"""What a figure of the lander's returns shows: wider intervals, and seeds that diverged, would
+squeeze the rest."""
 _BESIDE = 4.0  # typographic points between a mean and its seeds
 
 
@@ -187,6 +188,8 @@ def draw_map(
     across: tuple[str, Sequence[str]],
     up: tuple[str, Sequence[str]],
     cells: Mapping[tuple[int, int], FloatArray],
+    *,
+    shares: bool = False,
 ) -> Axes:
     """A map of two factors: the mean of each cell as a colour, and in text with its 95% interval.
 
@@ -195,6 +198,7 @@ def draw_map(
         across: the name of the factor along x, and its levels.
         up: the name of the factor along y, and its levels.
         cells: [n], one number per seed, by the indices (up, across); at least one cell.
+        shares: whether the numbers are shares, from 0 to 1.
     """
     found = {place: mean_interval(values) for place, values in cells.items()}
     means = np.full((len(up[1]), len(across[1])), np.nan)
@@ -204,8 +208,11 @@ def draw_map(
     ax.imshow(means, cmap="viridis", vmin=low, vmax=high, aspect="auto", origin="lower")
     for (y, x), mean in found.items():
         bright = (mean.value - low) > 0.6 * (high - low)
+        value, start, end = (
+            _label(each, shares=shares) for each in (mean.value, mean.low, mean.high)
+        )
         ax.annotate(
-            f"{mean.value:.0f}\n{mean.low:.0f} to {mean.high:.0f}\nn = {len(cells[y, x])}",
+            f"{value}\n{start} to {end}\nn = {len(cells[y, x])}",
             (float(x), float(y)),
             ha="center",
             va="center",
@@ -229,6 +236,7 @@ def finish(
     *,
     others: Sequence[float] = (),
     shares: bool = False,
+    shown: tuple[float, float] | None = None,
 ) -> Axes:
     """Label the axis of the numbers, and fit its limits to the seeds and their intervals.
 
@@ -241,18 +249,23 @@ def finish(
         along: the axis of the numbers.
         others: other numbers that must be visible, such as a baseline's.
         shares: whether the numbers are shares, from 0 to 1, rather than return points.
+        shown: what is beyond these two is cut off; None shows all seeds, and as much room on each
+            side of them as they take themselves.
     """
     axis = ax.xaxis if along == "x" else ax.yaxis
     limit = ax.set_xlim if along == "x" else ax.set_ylim
     axis.set_label_text(what)
     means = [mean_interval(group) for group in groups]
-    least = min(*(mean.low for mean in means), *(float(group.min()) for group in groups), *others)
-    most = max(*(mean.high for mean in means), *(float(group.max()) for group in groups), *others)
+    first = min(*(float(group.min()) for group in groups), *others, math.inf)
+    last = max(*(float(group.max()) for group in groups), *others, -math.inf)
+    least = min(first, *(mean.low for mean in means))
+    most = max(last, *(mean.high for mean in means))
     if shares:
         axis.set_major_formatter(PercentFormatter(1.0, decimals=0))
         limit(-0.02, min(1.05, 1.1 * max(0.1, most)))
         return ax
-    least, most = max(_LEAST_SHOWN, least), min(_MOST_SHOWN, most)
+    lowest, highest = shown or (2 * first - last, 2 * last - first)
+    least, most = max(lowest, least), min(highest, most)
     room = max(0.05 * (most - least), 0.02 * abs(most), 1e-3)
     limit(least - room, most + room)
     return ax

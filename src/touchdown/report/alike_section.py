@@ -31,7 +31,7 @@ def alike_section(
     """
     stem = builder.figures / topic.name
     labels = ("to the PID", "to another seed", "to random")
-    rows = [Row(label, distances.values((label,), "distance")) for label in labels]
+    rows = [Row(label, distances.values(label, "distance")) for label in labels]
     pictures.save_rows(rows, "distance between flights, m", stem, from_zero=True)
     table = Table(
         f"Mean distance of each seed's flights from {distances.starts} test starts, in metres.",

@@ -31,19 +31,30 @@ def _code(name: str, value: str) -> str:
 def _section(section: Section, out: Path) -> str:
     parts = [f"## {section.title}", section.lead]
     if section.claims:
-        rows = [
-            f"| {_cell(claim.sentence)} | {claim.section} | **{claim.verdict}** "
-            f"| {_cell(claim.evidence)} |"
-            for claim in section.claims
-        ]
-        head = ["| claim | section | verdict | numbers |", "| --- | --- | --- | --- |"]
-        parts.append("\n".join([*head, *rows]))
+        parts.append(_claims(section))
     parts += [
         f"![{picture.alt}]({Path(os.path.relpath(picture.png, out)).as_posix()})"
         f"\n\n{picture.caption}"
         for picture in section.pictures
     ]
     return "\n\n".join(part for part in parts if part)
+
+
+def _claims(section: Section) -> str:
+    """A table of the claims; with their sections where they are a paper's."""
+    of_paper = any(claim.section for claim in section.claims)
+    rows = [("claim", *["section"] * of_paper, "verdict", "numbers")]
+    rows += [("---",) * len(rows[0])]
+    rows += [
+        (
+            _cell(claim.sentence),
+            *[claim.section] * of_paper,
+            f"**{claim.verdict}**",
+            _cell(claim.evidence),
+        )
+        for claim in section.claims
+    ]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
 def _cell(text: str) -> str:

@@ -1,10 +1,11 @@
 """A report and its files: the page, a summary in Markdown, and tables as CSV."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import polars as pl
+import polars.selectors as cs
 
 from touchdown.core import files
 from touchdown.report.markdown import summary_of
@@ -13,7 +14,10 @@ from touchdown.studies.claims import Decision
 from touchdown.studies.results import StudyResults
 
 PAGE = "index.html"
+CLAIMS = "claims"
+"""The name of the table of claims, which no study may have."""
 _SUMMARY = "summary.md"
+_DIGITS = 8  # of a number in a table
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,28 +52,6 @@ def write_report(page: Page, tables: Mapping[str, pl.DataFrame], out: Path) -> P
     with files.refusing(str(folder)):
         folder.mkdir(exist_ok=True)
         for name, table in tables.items():
-            files.write_atomic(folder / f"{name}.csv", table.write_csv(float_precision=4))
+            rounded = table.with_columns(cs.float().round_sig_figs(_DIGITS))
+            files.write_atomic(folder / f"{name}.csv", rounded.write_csv())
     return out / PAGE
-
-
-def run_tables(results: Mapping[str, StudyResults]) -> dict[str, pl.DataFrame]:
-    """The runs of every study with results, for further analysis."""
-    return {name: each.table() for name, each in results.items() if each.runs}
-
-
-def claim_table(decisions: Mapping[str, Sequence[Decision]]) -> pl.DataFrame:
-    """Every claim with its verdict and evidence."""
-    return pl.DataFrame(
-        [
-            {
-                "study": name,
-                "section": decision.claim.section,
-                "claim": decision.claim.sentence,
-                "verdict": decision.verdict,
-                "p": decision.p_value,
-                "evidence": decision.evidence,
-            }
-            for name, each in decisions.items()
-            for decision in each
-        ]
-    )

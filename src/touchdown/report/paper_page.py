@@ -6,7 +6,8 @@ from pathlib import Path
 from touchdown.evaluation.evaluation import read_evaluations
 from touchdown.report import alike_section, pid_section
 from touchdown.report.builder import Builder
-from touchdown.report.output import Report, claim_table, run_tables, write_report
+from touchdown.report.csv_tables import claim_table, level_table, run_tables
+from touchdown.report.output import CLAIMS, Report, write_report
 from touchdown.report.page import Page, Section
 from touchdown.report.provenance import page_facts, provenance_of
 from touchdown.runs.folder import RunFolder
@@ -75,9 +76,13 @@ def write_paper_report(
         sections=tuple(sections),
         provenance=provenance_of(command, results, scale),
     )
-    tables = run_tables(results)
+    tables = run_tables(results) | {
+        f"{topic.name}-levels": level_table(results[topic.study.name], topic.metric)
+        for topic in wanted
+        if topic.name in decisions and topic.name != "alike" and topic.study is not None
+    }
     if any(decisions.values()):
-        tables["claims"] = claim_table(decisions)
+        tables[CLAIMS] = claim_table(decisions)
     return Report(write_report(page, tables, out), decisions, results)
 
 
@@ -104,7 +109,7 @@ def _section_of(
             return None
         decisions = decide(topic.claims, distances.values)
         return decisions, alike_section.alike_section(builder, topic, title, distances, decisions)
-    decisions = decide(topic.claims, found.values)
+    decisions = decide(topic.claims, found.named, topic.metric)
     lines = _baseline_returns(store) if topic.with_baselines else {}
     section = builder.section(
         topic.name, title, topic.question, found, topic.metric, decisions, lines

@@ -8,9 +8,11 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from touchdown.config.ladder import BUILDS_ON
+from touchdown.envs.custom import threshold_of
 from touchdown.figures import rungs, style
 from touchdown.figures import studies as figures
 from touchdown.figures.studies import Point, Row
+from touchdown.lander import rules
 from touchdown.report.page import Picture
 from touchdown.studies.metrics import METRICS, is_share
 from touchdown.studies.plan import Cell, Level
@@ -43,7 +45,8 @@ def save_picture(
             _position_of(study.factors[0].levels, study.base_cell().labels[0]),
         )
         groups = [point.values for points in series.values() for point in points]
-        figures.finish(ax, METRICS[metric], groups, "y", shares=shares)
+        shown = _lander_or_all(results, figures.LANDER_RETURNS)
+        figures.finish(ax, METRICS[metric], groups, "y", shares=shares, shown=shown)
         _save(figure, stem)
     else:
         found = [
@@ -51,7 +54,8 @@ def save_picture(
             for cell in study.cells()
             if results.of(cell.labels)
         ]
-        save_rows(found, METRICS[metric], stem, lines, shares=shares)
+        shown = _lander_or_all(results, figures.LANDER_RETURNS)
+        save_rows(found, METRICS[metric], stem, lines, shares=shares, shown=shown)
     seeds = sorted({len(results.of(cell.labels)) for cell in study.cells()} - {0})
     count = " to ".join(map(str, seeds[:1] + seeds[1:][-1:]))
     return Picture(
@@ -71,6 +75,7 @@ def save_rows(
     *,
     shares: bool = False,
     from_zero: bool = False,
+    shown: tuple[float, float] | None = None,
 ) -> None:
     """Draw a list of levels; those without numbers are left out.
 
@@ -78,16 +83,17 @@ def save_rows(
         rows: the levels.
         what: description of the numbers.
         stem: path without its suffix.
-        lines: reference values by name.
-        shares: whether the numbers are shares, from 0 to 1.
-        from_zero: whether the axis begins at 0.
+        lines: numbers to compare with, by name.
+        shares: whether they are shares, from 0 to 1.
+        from_zero: whether their axis begins at 0.
+        shown: what is beyond these two is cut off; None shows all seeds.
     """
     figure = style.new_figure(7.2, 0.9 + 0.5 * len(rows))
     known = [row for row in rows if len(row.values)]
     ax = figures.draw_rows(figure.subplots(), known, lines, shares=shares)
     others = tuple((lines or {}).values())
     groups = [row.values for row in known]
-    figures.finish(ax, what, groups, "x", others=others, shares=shares)
+    figures.finish(ax, what, groups, "x", others=others, shares=shares, shown=shown)
     if from_zero:
         ax.set_xlim(left=0)
     _save(figure, stem)
@@ -136,7 +142,13 @@ def _save_curves(
         rungs.draw_shares(ax, by_level, "episodes of 1000 steps in training")
         caption = "Share of training episodes that ran all 1000 steps"
     else:
-        rungs.draw_rungs(ax, by_level)
+        thresholds = {threshold_of(cell.config.env_id) for cell in cells}
+        rungs.draw_rungs(
+            ax,
+            by_level,
+            thresholds.pop() if len(thresholds) == 1 else None,
+            _lander_or_all(results, rungs.LANDER_RETURNS),
+        )
         caption = "Validation return during training"
     _save(figure, stem)
     return Picture(
@@ -145,6 +157,14 @@ def _save_curves(
         f"{title}: {caption.lower()}, one line per level",
         f"{caption}: {', '.join(by_level)}; {rungs.caption(by_level)}.",
     )
+
+
+def _lander_or_all(
+    results: StudyResults, lander: tuple[float, float]
+) -> tuple[float, float] | None:
+    """The returns that a picture shows: of another environment than the lander, all."""
+    of_lander = all(rules.is_lander(cell.config.env_id) for cell in results.study.cells())
+    return lander if of_lander else None
 
 
 def _series(results: StudyResults, metric: str) -> dict[str, list[Point]]:
@@ -171,5 +191,6 @@ def _draw_map(results: StudyResults, metric: str, stem: Path) -> None:
         (across.name, results.study.labels(1)),
         (up.name, results.study.labels(0)),
         cells,
+        shares=is_share(metric),
     )
     _save(figure, stem)

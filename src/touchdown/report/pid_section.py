@@ -11,7 +11,8 @@ from touchdown.report.builder import Builder
 from touchdown.report.page import Picture, Section, Table
 from touchdown.runs.folder import RunFolder
 from touchdown.stats.seeds import summarise_seeds
-from touchdown.studies.claims import Decision, Values
+from touchdown.studies.claims import Decision
+from touchdown.studies.findings import Values
 from touchdown.studies.paper import Topic
 from touchdown.studies.results import PidResult
 from touchdown.studies.tuners import TUNERS, Tuning
@@ -20,10 +21,10 @@ from touchdown.studies.tuners import TUNERS, Tuning
 def values_of(tuned: Sequence[PidResult]) -> Values:
     """Mean test returns of a tuner's gains, one per tuning seed, for claims."""
 
-    def values(labels: tuple[str, ...], metric: str) -> FloatArray:
+    def values(name: str, metric: str) -> FloatArray:
         del metric
         return np.array(
-            [each.test.summary.mean_return for each in tuned if each.job.tuning.tuner == labels[0]]
+            [each.test.summary.mean_return for each in tuned if each.job.tuning.tuner == name]
         )
 
     return values
@@ -47,7 +48,7 @@ def pid_section(
     """
     values = values_of(tuned)
     stem = builder.figures / topic.name
-    rows = [Row(name, values((name,), ""), name == "twiddle") for name in TUNERS]
+    rows = [Row(name, values(name, ""), name == "twiddle") for name in TUNERS]
     pictures.save_rows(rows, "test return of the gains", stem)
     best = max(tuned, key=lambda each: each.trained_return)
     tuning = best.job.tuning

@@ -1,12 +1,14 @@
-"""The page of a user's study: its figure, its levels compared, its runs."""
+"""The page of a user's study: a verdict on each claim, its figure, its levels, its runs."""
 
 from collections.abc import Callable
 from pathlib import Path
 
 from touchdown.report.builder import Builder
-from touchdown.report.output import Report, run_tables, write_report
+from touchdown.report.csv_tables import claim_table, level_table, run_tables
+from touchdown.report.output import CLAIMS, Report, write_report
 from touchdown.report.page import Page
 from touchdown.report.provenance import page_facts, provenance_of
+from touchdown.studies.claims import decide
 from touchdown.studies.plan import Study
 from touchdown.studies.results import read_study
 from touchdown.studies.store import Store
@@ -41,12 +43,20 @@ def write_study_report(
     results = read_study(study, seeds, store)
     builder = Builder(out, linked=linked, on_step=on_step)
     title = study.title or study.name
+    known = {study.name: results}
+    tables = run_tables(known)
     sections = ()
+    decisions = decide(study.claims, results.named, study.metric) if results.runs else []
     if results.runs:
         sections = (
-            builder.section(study.name, title, study.question, results, study.metric, (), {}),
+            builder.section(
+                study.name, title, study.question, results, study.metric, decisions, {}
+            ),
         )
-    known = {study.name: results}
+        tables[f"{study.name}-levels"] = level_table(results, study.metric)
+    by_study = {study.name: decisions} if decisions else {}
+    if by_study:
+        tables[CLAIMS] = claim_table(by_study)
     page = Page(
         title=title,
         lead=f"{study.question} {note}".strip(),
@@ -54,4 +64,4 @@ def write_study_report(
         sections=sections,
         provenance=provenance_of(command, known, ""),
     )
-    return Report(write_report(page, run_tables(known), out), {}, known)
+    return Report(write_report(page, tables, out), by_study, known)

@@ -10,12 +10,13 @@ import numpy as np
 from touchdown.envs.custom import threshold_of
 from touchdown.report.page import ClaimRow, Link, Table, TableCell
 from touchdown.runs.run import CURVE
-from touchdown.stats import compare, curves
-from touchdown.stats.seeds import summarise_seeds
+from touchdown.stats.curves import Reached
 from touchdown.stats.summary import Interval
-from touchdown.studies.claims import Decision, p_text
-from touchdown.studies.metrics import METRICS, is_share
-from touchdown.studies.results import RunResult, StudyResults
+from touchdown.studies.claims import Decision
+from touchdown.studies.findings import p_text
+from touchdown.studies.levels import LevelSummary, summarise_levels
+from touchdown.studies.metrics import METRICS, formatter, is_share
+from touchdown.studies.results import StudyResults
 
 _NONE = "–"
 
@@ -29,10 +30,6 @@ def claim_rows(decisions: Sequence[Decision]) -> tuple[ClaimRow, ...]:
 
 def _points(value: float) -> str:
     return f"{value:.0f}"
-
-
-def _percent(value: float) -> str:
-    return f"{value:.1%}"
 
 
 def _known(value: float, spec: str) -> str:
@@ -50,61 +47,50 @@ def interval_text(found: Interval, text_of: Callable[[float], str] = _points) ->
     return f"{text_of(found.value)} [{text_of(found.low)}, {text_of(found.high)}]"
 
 
-def level_table(results: StudyResults, metric: str = "best_return") -> Table:
-    """Statistics of each cell's seeds, and the comparison with the baseline.
+def level_table(results: StudyResults, metric: str) -> Table:
+    """The numbers of each cell's seeds, and the comparison with the base.
 
     Args:
-        results: results of a study.
-        metric: metric that is compared.
+        results: of a study.
+        metric: what is summarised and compared.
     """
-    base = results.study.base_cell()
-    cells = [cell for cell in results.study.cells() if len(results.of(cell.labels))]
-    others = [cell for cell in cells if cell.labels != base.labels]
-    known = {
-        cell.labels: compare.compare(
-            results.values(base.labels, metric), results.values(cell.labels, metric)
+    levels = summarise_levels(results, metric)
+    text_of = formatter(metric, [np.array(level.seeds.values) for level in levels])
+    shows_training = not is_share(metric)
+    rows = tuple(
+        (
+            f"{level.cell.name} (base)" if level.is_base else level.cell.name,
+            str(level.seeds.n),
+            interval_text(level.seeds.iqm, text_of),
+            interval_text(level.seeds.mean, text_of),
+            _NONE if level.seeds.band is None else " to ".join(map(text_of, level.seeds.band)),
+            *_against_base(level, text_of),
+            *(_training_cells(level, text_of) if shows_training else ()),
         )
-        for cell in others
-        if min(len(results.of(base.labels)), len(results.of(cell.labels))) > 1
-    }
-    corrected = dict(
-        zip(known, compare.holm([found.p_value for found in known.values()]), strict=True)
+        for level in levels
     )
-    text_of = _percent if is_share(metric) else _points
-    rows: list[tuple[TableCell, ...]] = []
-    for cell in cells:
-        seeds = summarise_seeds(results.values(cell.labels, metric))
-        comparison = known.get(cell.labels)
-        against = (
-            (_NONE,) * 3
-            if comparison is None
-            else (
-                f"{'+' * (comparison.difference.value > 0)}{text_of(comparison.difference.value)}",
-                f"{comparison.probability_of_improvement.value:.0%}",
-                p_text(corrected[cell.labels]),
-            )
-        )
-        rows.append(
-            (
-                f"{cell.name} (baseline)" if cell.labels == base.labels else cell.name,
-                str(seeds.n),
-                interval_text(seeds.iqm, text_of),
-                interval_text(seeds.mean, text_of),
-                _NONE if seeds.band is None else " to ".join(map(text_of, seeds.band)),
-                *(() if is_share(metric) else _training_cells(results, cell.labels)),
-                *against,
-            )
-        )
     return Table(
-        f"{METRICS[metric].capitalize()}, by level; against the baseline: difference of means, "
-        "probability of improvement, p-value with Holm's correction.",
+        f"{METRICS[metric].capitalize()}, by level; against the base: difference of means "
+        "[95%], probability that a seed has more, p by Holm's correction.",
         (
             "level", "n", "IQM [95%]", "mean [95%]", "band of seeds",
-            *(() if is_share(metric) else _training_columns(results)),
-            "vs baseline", "P(improvement)", "p",
+            "against base", "P(more)", "p",
+            *(_training_columns(results) if shows_training else ()),
         ),
-        tuple(rows),
+        rows,
     )  # fmt: skip
+
+
+def _against_base(level: LevelSummary, text_of: Callable[[float], str]) -> tuple[str, str, str]:
+    """The difference, the probability of improvement and p; dashes where there is none."""
+    if level.against_base is None:
+        return _NONE, _NONE, _NONE
+    found = level.against_base.comparison
+    return (
+        f"{'+' * (found.difference.value > 0)}{interval_text(found.difference, text_of)}",
+        f"{found.probability_of_improvement.value:.0%}",
+        p_text(level.against_base.p_corrected),
+    )
 
 
 def _training_columns(results: StudyResults) -> tuple[str, ...]:
@@ -122,25 +108,18 @@ def _solved_text(results: StudyResults) -> str:
     return "solved" if thresholds or only is None else f"{only:g}"
 
 
-def _last_weights(run: RunResult) -> float:
-    """The return of the final weights, on test starts, or on validation starts without a test."""
-    return run.last_return if run.is_tested else run.last_validation
-
-
-def _training_cells(results: StudyResults, labels: tuple[str, ...]) -> tuple[str, ...]:
-    """Training statistics of a level's seeds."""
-    runs = results.of(labels)
+def _training_cells(level: LevelSummary, text_of: Callable[[float], str]) -> tuple[str, ...]:
+    """How training went for a level's seeds."""
     return (
-        _points(float(np.mean([_last_weights(run) for run in runs]))),
-        _points(float(np.mean(results.values(labels, "area")))),
-        _to_solved([run.env_steps_to_solved for run in runs]),
-        _to_solved([run.seconds_to_solved for run in runs]),
+        text_of(level.last_weights),
+        text_of(level.over_training),
+        _to_solved(level.env_steps_to_solved),
+        _to_solved(level.seconds_to_solved),
     )
 
 
-def _to_solved(values: Sequence[float]) -> str:
-    """The median over seeds, and how many reached it."""
-    found = curves.reached(values)
+def _to_solved(found: Reached) -> str:
+    """The median over seeds, and how many got there."""
     median = "never" if math.isinf(found.median) else f"{found.median:,.0f}"
     return median if found.reached == found.n else f"{median} ({found.reached} of {found.n})"
 
@@ -164,7 +143,7 @@ def run_table(results: StudyResults, beside: Path | None) -> Table:
                 str(run.seed),
                 name,
                 f"{run.best_return if run.is_tested else run.validation_return:.1f}",
-                f"{_last_weights(run):.1f}",
+                f"{run.return_of_last:.1f}",
                 _known(run.worst_return, ".0f"),
                 _known(run.landed, ".0%"),
                 f"{run.hover_share:.0%}",

@@ -38,14 +38,14 @@ class AgentDistances:
     of: tuple[SeedDistances, ...]
     starts: int
 
-    def values(self, labels: tuple[str, ...], metric: str) -> FloatArray:
+    def values(self, name: str, metric: str) -> FloatArray:
         """One number per seed, for claims.
 
         Args:
-            labels: `to the PID`, `to random`, `to another seed`, or the first over the last.
+            name: `to the PID`, `to random`, `to another seed`, or the first over the last.
             metric: `distance` in metres, or `ratio`.
         """
-        del metric  # the label says which one
+        del metric  # the name says which
         kinds = {
             "to the PID": [each.to_pid for each in self.of],
             "to random": [each.to_random for each in self.of],
@@ -57,7 +57,7 @@ class AgentDistances:
                 each.ratio for each in self.of if any(each.to_other_seeds)
             ],
         }
-        return np.array(kinds[labels[0]], float)
+        return np.array(kinds[name], float)
 
 
 def distance(one: FlightPath, other: FlightPath) -> float:

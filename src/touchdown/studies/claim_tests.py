@@ -1,39 +1,63 @@
-"""Tests that decide claims, each on one number per training seed."""
+"""The kinds of tests that decide claims, each on one number per training seed.
+
+A cell is named by the label of its level; with two factors by both labels, such as `0.99 · 32`. The
+fields of a kind have the same names in Python and in a study file.
+"""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
+from msgspec import Meta
 
+from touchdown.config.checks import settle
+from touchdown.core.errors import UserError
 from touchdown.core.types import FloatArray
 from touchdown.stats import compare
 from touchdown.stats.summary import Interval
-from touchdown.studies.claims import Finding, Labels, SeedsNeeded, Values
+from touchdown.studies.findings import Finding, SeedsNeeded, Values
+from touchdown.studies.metrics import formatter
 
 _MIN_SEEDS = 2  # per cell, for a test to be meaningful
+
+CellName = Annotated[str, Meta(title="the label of a level, such as '0.99'")]
+CellNames = Annotated[tuple[CellName, ...], Meta(title="a list of levels' labels")]
+Margin = Annotated[float, Meta(gt=0)]
 
 
 @dataclass(frozen=True, slots=True)
 class Greater:
-    """The mean of one cell is above that of another: Welch's t-test."""
+    """The mean of one cell is above that of another: Welch's t.
 
-    above: Labels
-    below: Labels
-    metric: str = "best_return"
+    Raises:
+        UserError: both cells are the same.
+    """
 
-    def find(self, values: Values) -> Finding | None:
-        """See `Test`."""
-        base, other = values(self.below, self.metric), values(self.above, self.metric)
+    kind: ClassVar[str] = "greater"
+    above: CellName
+    below: CellName
+
+    def __post_init__(self) -> None:
+        _check(self, self.cells)
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The cells that it is about."""
+        return self.above, self.below
+
+    def find(self, values: Values, metric: str) -> Finding | None:
+        """What the numbers say; None while there are too few seeds."""
+        base, other = values(self.below, metric), values(self.above, metric)
         if min(len(base), len(other)) < _MIN_SEEDS:
             return None
         found = compare.compare(base, other)
         improvement = found.probability_of_improvement.value
+        text = formatter(metric, (base, other))
         evidence = (
-            f"{_name(self.above)} {_mean(other, self.metric)}, "
-            f"{_name(self.below)} {_mean(base, self.metric)}: "
-            f"difference {_interval(found.difference, self.metric)}, "
+            f"{self.above} {text(other.mean())}, {self.below} {text(base.mean())}: "
+            f"difference {_interval(found.difference, text)}, "
             f"better in {improvement:.0%} of pairs"
         )
         p_for = _one_sided(found.p_value, as_said=found.difference.value > 0)
@@ -42,21 +66,35 @@ class Greater:
 
 
 @dataclass(frozen=True, slots=True)
-class Monotonic:
-    """The numbers increase, or decrease, from level to level: Kendall's τ."""
+class Trend:
+    """The numbers rise, or fall, from level to level: Kendall's τ.
 
-    levels: tuple[Labels, ...]
+    Raises:
+        UserError: there are fewer than two levels, or one is there twice.
+    """
+
+    kind: ClassVar[str] = "trend"
+    levels: CellNames
+    """In their order."""
     direction: Literal["rise", "fall"] = "rise"
-    metric: str = "best_return"
 
-    def find(self, values: Values) -> Finding | None:
-        """See `Test`."""
-        groups = [values(level, self.metric) for level in self.levels]
+    def __post_init__(self) -> None:
+        _check(self, self.levels)
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The cells that it is about."""
+        return self.levels
+
+    def find(self, values: Values, metric: str) -> Finding | None:
+        """What the numbers say; None while there are too few seeds."""
+        groups = [values(level, metric) for level in self.levels]
         if min(map(len, groups)) < _MIN_SEEDS:
             return None
         found = compare.trend(groups)
+        text = formatter(metric, groups)
         means = ", ".join(
-            f"{_name(level)}: {_mean(group, self.metric)}"
+            f"{level}: {text(group.mean())}"
             for level, group in zip(self.levels, groups, strict=True)
         )
         as_said = (found.tau > 0) == (self.direction == "rise")
@@ -72,39 +110,63 @@ class Monotonic:
 
 @dataclass(frozen=True, slots=True)
 class SweetSpot:
-    """A level between two others is better than both: two one-sided t-tests."""
+    """A level between two others is better than both: two one-sided t tests must say so.
 
-    inside: Labels
-    first: Labels
-    last: Labels
-    metric: str = "best_return"
+    Raises:
+        UserError: two of the three levels are the same.
+    """
 
-    def find(self, values: Values) -> Finding | None:
-        """See `Test`."""
-        sides = [
-            Greater(self.inside, end, self.metric).find(values) for end in (self.first, self.last)
-        ]
+    kind: ClassVar[str] = "sweet-spot"
+    inside: CellName
+    first: CellName
+    last: CellName
+
+    def __post_init__(self) -> None:
+        _check(self, self.cells)
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The cells that it is about."""
+        return self.first, self.inside, self.last
+
+    def find(self, values: Values, metric: str) -> Finding | None:
+        """What the numbers say; None while there are too few seeds."""
+        sides = [Greater(self.inside, end).find(values, metric) for end in (self.first, self.last)]
         known = [side for side in sides if side is not None]
         if len(known) < len(sides):
             return None
-        means = ", ".join(
-            f"{_name(level)}: {_mean(values(level, self.metric), self.metric)}"
-            for level in (self.first, self.inside, self.last)
-        )
+        groups = {cell: values(cell, metric) for cell in self.cells}
+        text = formatter(metric, groups.values())
+        means = ", ".join(f"{cell}: {text(group.mean())}" for cell, group in groups.items())
         return _both(known, means)
 
 
 @dataclass(frozen=True, slots=True)
 class Best:
-    """One of `among` has the largest mean of all levels: how often, when seeds are resampled."""
+    """One of `among` has the greatest mean of all levels: how often, when seeds are resampled.
 
-    among: tuple[Labels, ...]
-    levels: tuple[Labels, ...]
-    metric: str = "best_return"
+    Raises:
+        UserError: `among` is empty, all of the levels or not of them, or a level is there twice.
+    """
 
-    def find(self, values: Values) -> Finding | None:
-        """See `Test`."""
-        groups = [values(level, self.metric) for level in self.levels]
+    kind: ClassVar[str] = "best"
+    among: CellNames
+    levels: CellNames
+    """All that are compared, those of `among` too."""
+
+    def __post_init__(self) -> None:
+        _check(self, self.levels)
+        if not set(self.among) < set(self.levels) or not self.among:
+            raise UserError(f"among = {list(self.among)!r}: must be some of levels, not all")
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The cells that it is about."""
+        return self.levels
+
+    def find(self, values: Values, metric: str) -> Finding | None:
+        """What the numbers say; None while there are too few seeds."""
+        groups = [values(level, metric) for level in self.levels]
         if min(map(len, groups)) < _MIN_SEEDS:
             return None
         chances = compare.best_of(groups)
@@ -114,39 +176,51 @@ class Best:
             if level in self.among
         )
         ranked = sorted(zip(chances, self.levels, groups, strict=True), key=lambda e: -e[0])
+        text = formatter(metric, groups)
         best = ", ".join(
-            f"{_name(level)} {_mean(group, self.metric)} (best in {chance:.0%} of resamples)"
+            f"{level} {text(group.mean())} (best in {chance:.0%} of resamples)"
             for chance, level, group in ranked[:3]
         )
-        return Finding(1 - wanted, wanted, best, min(map(len, groups)), self._needed(values))
+        needed = self._needed(dict(zip(self.levels, groups, strict=True)))
+        return Finding(1 - wanted, wanted, best, min(map(len, groups)), needed)
 
-    def _needed(self, values: Values) -> SeedsNeeded:
-        """Seeds needed to distinguish the best of `among` from the best of the others."""
-        means = {level: float(np.mean(values(level, self.metric))) for level in self.levels}
+    def _needed(self, groups: dict[str, FloatArray]) -> SeedsNeeded:
+        """Seeds needed to tell the best of `among` from the best of the others."""
+        means = {level: float(np.mean(group)) for level, group in groups.items()}
         ours = max(self.among, key=lambda level: means[level])
         rest = [level for level in self.levels if level not in self.among]
         theirs = max(rest, key=lambda level: means[level])
-        return compare.compare(values(theirs, self.metric), values(ours, self.metric)).seeds_needed
+        return compare.compare(groups[theirs], groups[ours]).seeds_needed
 
 
 @dataclass(frozen=True, slots=True)
 class Beyond:
     """The mean of a cell is above, or below, a number: Student's t-test."""
 
-    cell: Labels
+    kind: ClassVar[str] = "beyond"
+    level: CellName
     number: float
+    """In the metric's own unit: return points, or a share from 0 to 1."""
     side: Literal["above", "below"] = "above"
-    metric: str = "best_return"
 
-    def find(self, values: Values) -> Finding | None:
-        """See `Test`."""
-        seen = values(self.cell, self.metric)
+    def __post_init__(self) -> None:
+        _check(self)
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The cells that it is about."""
+        return (self.level,)
+
+    def find(self, values: Values, metric: str) -> Finding | None:
+        """What the numbers say; None while there are too few seeds."""
+        seen = values(self.level, metric)
         if len(seen) < _MIN_SEEDS:
             return None
         found = compare.margin(seen, self.number)
+        text = formatter(metric, (seen, np.array([self.number])))
         evidence = (
-            f"{_name(self.cell)} {_interval(found.mean, self.metric)}, "
-            f"{len(seen)} seeds, against {_number(self.number, self.metric)}"
+            f"{self.level} {_interval(found.mean, text)}, "
+            f"{len(seen)} seeds, against {text(self.number)}"
         )
         sides = (found.p_above, found.p_below)
         p_for, p_against = sides if self.side == "above" else sides[::-1]
@@ -155,22 +229,36 @@ class Beyond:
 
 @dataclass(frozen=True, slots=True)
 class Near:
-    """The mean of a cell is within a margin of a number: two one-sided tests (Schuirmann, 1987)."""
+    """The mean of a cell is within a margin of a number: two one-sided tests (Schuirmann, 1987).
 
-    cell: Labels
+    Raises:
+        UserError: the margin is not above 0.
+    """
+
+    kind: ClassVar[str] = "near"
+    level: CellName
     number: float
-    within: float
-    metric: str = "best_return"
+    """In the metric's own unit: return points, or a share from 0 to 1."""
+    within: Margin
+    """In the same unit."""
 
-    def find(self, values: Values) -> Finding | None:
-        """See `Test`."""
-        seen = values(self.cell, self.metric)
+    def __post_init__(self) -> None:
+        _check(self)
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The cells that it is about."""
+        return (self.level,)
+
+    def find(self, values: Values, metric: str) -> Finding | None:
+        """What the numbers say; None while there are too few seeds."""
+        seen = values(self.level, metric)
         if len(seen) < _MIN_SEEDS:
             return None
         low = compare.margin(seen, self.number - self.within)
         high = compare.margin(seen, self.number + self.within)
         evidence = (
-            f"{_name(self.cell)} {_interval(low.mean, self.metric)}, "
+            f"{self.level} {_interval(low.mean, formatter(metric, (seen,)))}, "
             f"{len(seen)} seeds, against {self.number:g} ± {self.within:g}"
         )
         sides = (
@@ -182,16 +270,29 @@ class Near:
 
 @dataclass(frozen=True, slots=True)
 class Alike:
-    """The means of two cells are within a margin: two one-sided Welch tests (Schuirmann, 1987)."""
+    """The means of two cells are within a margin: two one-sided Welch tests (Schuirmann, 1987).
 
-    one: Labels
-    other: Labels
-    within: float
-    metric: str = "best_return"
+    Raises:
+        UserError: the margin is not above 0, or both cells are the same.
+    """
 
-    def find(self, values: Values) -> Finding | None:
-        """See `Test`."""
-        one, other = values(self.one, self.metric), values(self.other, self.metric)
+    kind: ClassVar[str] = "alike"
+    one: CellName
+    other: CellName
+    within: Margin
+    """In the metric's own unit: return points, or a share from 0 to 1."""
+
+    def __post_init__(self) -> None:
+        _check(self, self.cells)
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The cells that it is about."""
+        return self.one, self.other
+
+    def find(self, values: Values, metric: str) -> Finding | None:
+        """What the numbers say; None while there are too few seeds."""
+        one, other = values(self.one, metric), values(self.other, metric)
         if min(len(one), len(other)) < _MIN_SEEDS:
             return None
         sides: list[Finding] = []
@@ -203,12 +304,34 @@ class Alike:
             fewest = min(len(one), len(other))
             sides.append(Finding(p_for, 1 - p_for, "", fewest, found.seeds_needed))
         difference = compare.compare(one, other).difference
+        text = formatter(metric, (one, other))
         evidence = (
-            f"{_name(self.other)} {_mean(other, self.metric)}, "
-            f"{_name(self.one)} {_mean(one, self.metric)}: "
-            f"difference {_interval(difference, self.metric)}, against ± {self.within:g}"
+            f"{self.other} {text(other.mean())}, {self.one} {text(one.mean())}: "
+            f"difference {_interval(difference, text)}, against ± {self.within:g}"
         )
         return _both(sides, evidence)
+
+
+Test = Greater | Trend | SweetSpot | Best | Beyond | Near | Alike
+KINDS: dict[str, type[Test]] = {
+    each.kind: each for each in (Greater, Trend, SweetSpot, Best, Beyond, Near, Alike)
+}
+"""By the word that names them in a study file."""
+
+
+def _check(test: Any, compared: Sequence[str] | None = None) -> None:
+    """Refuse fields of another type or out of bounds, and cells that cannot be compared."""
+    try:
+        settle(test)
+    except ValueError as error:
+        raise UserError(str(error)) from None
+    if compared is None:
+        return
+    if len(compared) < 2:
+        raise UserError(f"levels = {list(compared)!r}: must be at least 2")
+    twice = next((cell for cell in compared if list(compared).count(cell) > 1), None)
+    if twice is not None:
+        raise UserError(f"level {twice!r}: is there twice, must be once")
 
 
 def _one_sided(p: float, *, as_said: bool) -> float:
@@ -232,20 +355,5 @@ def _both(sides: Sequence[Finding], evidence: str) -> Finding:
     return Finding(p_for, p_against, evidence, min(side.seeds for side in sides), seeds_needed)
 
 
-def _interval(found: Interval, metric: str) -> str:
-    low, high = _number(found.low, metric), _number(found.high, metric)
-    return f"{_number(found.value, metric)} [{low}, {high}]"
-
-
-def _name(labels: Labels) -> str:
-    return " · ".join(labels)
-
-
-def _number(value: float, metric: str) -> str:
-    if metric.endswith("_share"):
-        return f"{value:.1%}"
-    return f"{value:.3f}" if metric in ("distance", "ratio") else f"{value:.0f}"
-
-
-def _mean(values: FloatArray, metric: str) -> str:
-    return _number(float(np.mean(values)), metric)
+def _interval(found: Interval, text: Callable[[float], str]) -> str:
+    return f"{text(found.value)} [{text(found.low)}, {text(found.high)}]"

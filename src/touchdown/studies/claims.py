@@ -1,59 +1,50 @@
 """Claims and their verdicts; each is decided by a test on the seeds' numbers, never by a person."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal
 
-from touchdown.core.types import FloatArray
+from touchdown.core.complaints import complaint
+from touchdown.core.errors import UserError
 from touchdown.stats import compare
+from touchdown.studies.claim_tests import KINDS, Test
+from touchdown.studies.findings import LEAST_P, Finding, Values, p_text
+from touchdown.studies.metrics import DEFAULT_METRIC
 
-_LEAST_P = 0.001  # smaller ones are shown as "< 0.001"
-
-Labels = tuple[str, ...]
-Values = Callable[[Labels, str], FloatArray]
-"""One number per seed of a cell, [n], by the cell's labels and the metric's name."""
-SeedsNeeded = Callable[[float], int | None]
-"""Estimated seeds per cell that bring a test's p-value below an alpha; None if more than can be
-run."""
 Verdict = Literal["holds", "does not hold", "undecided"]
 VERDICTS: tuple[Verdict, ...] = ("holds", "does not hold", "undecided")
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
-    """The result of a test."""
-
-    p_for: float
-    """One-sided p-value in favour, if the claim were just false."""
-    p_against: float
-    """One-sided p-value against, if the claim were just true."""
-    evidence: str
-    seeds: int
-    """Number of seeds of the cell with the fewest."""
-    seeds_needed: SeedsNeeded
-    """Seeds needed for the two-sided p-value to be below an alpha."""
-
-    @property
-    def p_value(self) -> float:
-        """Two-sided."""
-        return min(1.0, 2 * min(self.p_for, self.p_against))
-
-
-class Test(Protocol):
-    """Decides a claim."""
-
-    def find(self, values: Values) -> Finding | None:
-        """Test the claim on these numbers; None if there are too few seeds."""
-        ...
-
-
-@dataclass(frozen=True, slots=True)
 class Claim:
-    """A statement of the paper, paraphrased, and the test that decides it."""
+    """A statement, written down before the numbers, and the test that decides it.
+
+    Example:
+        ```python
+        Claim("A longer horizon brings more return.", Greater(above="0.99", below="0.9"))
+        ```
+
+    Raises:
+        UserError: the sentence is empty or has several lines, or the test is of no known kind.
+    """
 
     sentence: str
-    section: str
+    """As it stands on the page."""
     test: Test
+    metric: str = ""
+    """What the test looks at, one of `METRICS`; the study's own metric if empty."""
+    section: str = ""
+    """Of the paper; empty for a claim that is not the paper's."""
+
+    def __post_init__(self) -> None:
+        for name in ("sentence", "metric", "section"):
+            if said := complaint(getattr(self, name), str, name):
+                raise UserError(said)
+        if len(self.sentence.splitlines()) != 1:
+            raise UserError(f"sentence = {self.sentence!r}: must be text on one line")
+        if type(self.test) not in KINDS.values():
+            names = ", ".join(kind.__name__ for kind in KINDS.values())
+            raise UserError(f"test = {self.test!r}: must be one of {names}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,46 +52,56 @@ class Decision:
     """A claim with its verdict."""
 
     claim: Claim
+    metric: str
+    """What was looked at."""
     verdict: Verdict
     evidence: str
+    p_raw: float
+    """Two-sided; 1 while there are too few runs."""
     p_value: float
-    """Two-sided p-value, corrected for the study's other claims; 1 if there are too few runs."""
+    """`p_raw`, corrected for the other claims of the study."""
+    seeds: int
+    """Seeds of the cell that has the fewest, of those that the claim is about."""
+    more_seeds: int | None
+    """How many more of each cell would likely decide it; None where it is decided, or where no
+    number of seeds that can be run would do."""
 
 
-def decide(claims: Sequence[Claim], values: Values) -> list[Decision]:
-    """Decide each claim; the probability that any verdict is wrong is at most 5% (Holm, 1979).
+def decide(claims: Sequence[Claim], values: Values, metric: str = DEFAULT_METRIC) -> list[Decision]:
+    """A verdict on each claim; the chance that any is wrong is at most one in twenty (Holm, 1979).
 
     Args:
         claims: the claims of one study.
         values: the study's numbers.
+        metric: what claims that name no metric are about.
     """
-    findings = [claim.test.find(values) for claim in claims]
+    metrics = [claim.metric or metric for claim in claims]
+    findings = [claim.test.find(values, of) for claim, of in zip(claims, metrics, strict=True)]
     raw = [1.0 if found is None else found.p_value for found in findings]
+    corrected = compare.holm(raw)
     return [
-        _decision(claim, finding, p)
-        for claim, finding, p in zip(claims, findings, compare.holm(raw), strict=True)
+        _without_finding(claim, of, values) if finding is None else _decision(claim, of, finding, p)
+        for claim, of, finding, p in zip(claims, metrics, findings, corrected, strict=True)
     ]
 
 
-def _decision(claim: Claim, finding: Finding | None, p: float) -> Decision:
-    if finding is None:
-        return Decision(claim, "undecided", "too few finished runs", 1.0)
-    text = f"{finding.evidence}; p {p_text(p) if p < _LEAST_P else f'= {p_text(p)}'}"
+def _without_finding(claim: Claim, metric: str, values: Values) -> Decision:
+    seeds = min(len(values(cell, metric)) for cell in claim.test.cells)
+    return Decision(claim, metric, "undecided", "too few finished runs", 1.0, 1.0, seeds, None)
+
+
+def _decision(claim: Claim, metric: str, finding: Finding, p: float) -> Decision:
+    text = f"{finding.evidence}; p {p_text(p) if p < LEAST_P else f'= {p_text(p)}'}"
+    raw, seeds = finding.p_value, finding.seeds
     if p < compare.ALPHA:
-        return Decision(
-            claim, "holds" if finding.p_for < finding.p_against else "does not hold", text, p
-        )
-    # the correction increased the p-value, so alpha decreases by the same factor
-    needed = finding.seeds_needed(compare.ALPHA * finding.p_value / p)
-    if needed is None:
-        return Decision(
-            claim, "undecided", f"{text}; no number of seeds that can be run would decide it", p
-        )
-    more = max(1, needed - finding.seeds)
-    advice = f"about {more} more {'seed' if more == 1 else 'seeds'} of each would decide it"
-    return Decision(claim, "undecided", f"{text}; {advice}", p)
-
-
-def p_text(p: float) -> str:
-    """A p-value with as many digits as are meaningful."""
-    return "< 0.001" if p < _LEAST_P else f"{p:.2g}" if p < 0.1 else f"{p:.2f}"
+        verdict = "holds" if finding.p_for < finding.p_against else "does not hold"
+        return Decision(claim, metric, verdict, text, raw, p, seeds, None)
+    # the correction raised the p-value; to undo it, alpha falls by the same factor
+    needed = finding.seeds_needed(compare.ALPHA * raw / p)
+    more = None if needed is None else max(1, needed - seeds)
+    advice = (
+        "no number of seeds that can be run would decide it"
+        if more is None
+        else f"about {more} more {'seed' if more == 1 else 'seeds'} of each would decide it"
+    )
+    return Decision(claim, metric, "undecided", f"{text}; {advice}", raw, p, seeds, more)

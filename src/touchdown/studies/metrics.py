@@ -1,5 +1,9 @@
 """Metrics of claims, comparisons and figures: one number per run."""
 
+from collections.abc import Callable, Iterable
+
+from touchdown.core.types import FloatArray
+
 METRICS = {
     "best_return": "test return of the selected checkpoint",
     "last_return": "test return of the final weights",
@@ -9,11 +13,33 @@ METRICS = {
     "hover_share": "share of training episodes that ran 1000 steps",
     "worst_return": "lowest test return",
 }
-"""Description of each metric, in return points or shares; the names are fields of `RunResult`."""
+"""What each number is, in return points or shares; fields of `RunResult`."""
+DEFAULT_METRIC = "best_return"
 TEST_METRICS = ("best_return", "last_return", "worst_return")
 """Metrics that need a test."""
+
+
+_SMALL = 10.0  # numbers below it are told apart by their decimals
+_OF_PATHS = ("distance", "ratio")  # of the paper's comparison of flights
 
 
 def is_share(metric: str) -> bool:
     """Whether a metric is a share, from 0 to 1, rather than return points."""
     return metric.endswith("_share")
+
+
+def formatter(metric: str, groups: Iterable[FloatArray]) -> Callable[[float], str]:
+    """What formats a metric's numbers, all of a table or of a sentence alike.
+
+    Shares are in percent. Returns are whole numbers, with decimals where all are small.
+
+    Args:
+        metric: one of `METRICS`, or of the paper's comparison of flights.
+        groups: the numbers that are shown beside each other.
+    """
+    if is_share(metric):
+        return "{:.1%}".format
+    if metric in _OF_PATHS:
+        return "{:.3f}".format
+    greatest = max((abs(float(value)) for group in groups for value in group), default=_SMALL)
+    return "{:.0f}".format if greatest >= _SMALL else "{:.2f}".format

@@ -1,48 +1,93 @@
-"""A study (a base config, one or two factors with levels, and seeds) and its runs."""
+"""A study: a base config, one or two factors with their levels, seeds, claims; and its runs."""
 
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
-from typing import Annotated, Any, cast
-
-import msgspec
-from msgspec import Meta, Struct
+from typing import Any, cast
 
 from touchdown.config import presets, toml
 from touchdown.config.checks import is_plain_name
 from touchdown.config.config import Config
-from touchdown.core import records
-from touchdown.core.errors import UserError, one_line
-from touchdown.studies.metrics import METRICS, TEST_METRICS
+from touchdown.core.complaints import complaint
+from touchdown.core.errors import UserError
+from touchdown.studies.changes import Changes, nested
+from touchdown.studies.claims import Claim
+from touchdown.studies.metrics import DEFAULT_METRIC, METRICS, TEST_METRICS
 
-FORMAT_VERSION = 1
 FIRST_TUNING_SEED = 10_000
-"""Training seeds from this one on are reserved for tuning; no reported result uses them."""
-
-Changes = Mapping[str, Any]
-"""Changes to a config: a mapping for a section, a value for a field; `preset` starts from another
-preset."""
+"""Training seeds from here on are for choosing settings; no result is reported on them."""
+BETWEEN_LABELS = " · "
+"""Between the labels of a cell of two factors."""
 
 
 @dataclass(frozen=True, slots=True)
 class Level:
-    """One level of a factor."""
+    """One value of a factor.
+
+    Example:
+        ```python
+        Level("soft", {"learning.target_period": 0, "learning.polyak": 0.005})
+        ```
+
+    Raises:
+        UserError: the label is empty or has several lines, or a field is changed twice.
+    """
 
     label: str
-    changes: Changes
+    changes: Changes = field(default_factory=dict[str, Any])
+    """What its runs change; kept as tables within tables, as a TOML file has them."""
     position: float | None = None
     """Its position on the factor's axis; None if values are words."""
     series: str = ""
     """Its line in a figure, if a factor has several lines."""
 
+    def __post_init__(self) -> None:
+        _check_types(self, label=str, position=float | None, series=str)
+        if len(self.label.splitlines()) != 1:
+            raise UserError(f"label = {self.label!r}: must be text on one line")
+        _check_is(self.changes, Mapping, "changes", "a dictionary of settings")
+        object.__setattr__(self, "changes", nested(self.changes))
+
 
 @dataclass(frozen=True, slots=True)
 class Factor:
-    """A factor: what a study varies."""
+    """What is varied.
+
+    Example:
+        ```python
+        Factor("target", [Level("copied"), Level("soft", {"learning.polyak": 0.005})])
+        Factor.of("learning.gamma", [0.9, 0.99])
+        ```
+
+    Raises:
+        UserError: there are no levels, or two of one label.
+    """
 
     name: str
-    levels: tuple[Level, ...]
+    levels: Sequence[Level]
+
+    def __post_init__(self) -> None:
+        _check_types(self, name=str)
+        object.__setattr__(self, "levels", _all_are(self.levels, Level, "levels"))
+        if not self.levels:
+            raise UserError(f"factor {self.name!r}: has no levels, must have at least 1")
+        twice = _first_twice([level.label for level in self.levels])
+        if twice is not None:
+            raise UserError(f"factor {self.name!r}: has {twice!r} twice")
+
+    @classmethod
+    def of(cls, field: str, values: Sequence[Any], name: str = "") -> "Factor":
+        """A factor with a level for each value of one field; a value's text is its label.
+
+        Args:
+            field: by its dotted name, such as `learning.gamma`, or `preset`.
+            values: in their order.
+            name: of the factor; the field's if empty.
+
+        Raises:
+            UserError: there are no values, or two of one text.
+        """
+        return cls(name or field, levels_of(field, values))
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,8 +99,8 @@ class Cell:
 
     @property
     def name(self) -> str:
-        """Name of the cell in tables."""
-        return " · ".join(self.labels)
+        """As it stands in tables."""
+        return BETWEEN_LABELS.join(self.labels)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,56 +123,82 @@ class PlannedRun:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Study:
-    """A study: its base settings, factors and number of seeds.
+    """What is varied, from which base, over how many seeds, and what is claimed of it.
+
+    A study file is the same in TOML.
+
+    Example:
+        ```python
+        study = Study(
+            name="horizon",
+            base="cartpole",
+            factors=[Factor.of("learning.gamma", [0.9, 0.99])],
+            seeds=5,
+            claims=[Claim("A longer horizon is better.", Greater(above="0.99", below="0.9"))],
+        )
+        touchdown.run_study(study)
+        ```
 
     Raises:
-        UserError: a factor without levels, duplicate levels, more than two factors, a level with
-            invalid settings, or a metric that is unknown or needs a test.
+        UserError: a field of another type, more than two factors, two cells of one name, a level
+            whose changes the config refuses, a metric that is unknown or needs a test, or a claim
+            about a level or a metric that the study does not have.
     """
 
     name: str
-    factors: tuple[Factor, ...]
-    seeds: int
-    base: str = "paper-best"
-    """The preset that all cells start from, unless a level names another one."""
+    """Letters, digits, `.`, `_` and `-`: its page and its tables have this name."""
+    factors: Sequence[Factor]
+    """One or two."""
+    seeds: int = 5
+    """Training seeds of each cell."""
+    base: str | Config = "paper-best"
+    """What all cells start from, unless a level names another preset: a preset's name, or settings
+    (their seed does not count)."""
     changes: Changes = field(default_factory=dict[str, Any])
     """Changes to all cells, applied before those of a level."""
     base_level: str = ""
     """The baseline: a level of the first factor, or the full name of a cell; if empty, the first
     cell."""
     first_seed: int = 0
-    """The smallest training seed. Tuning uses `FIRST_TUNING_SEED` or above."""
-    metric: str = "best_return"
-    """Metric that its report shows and compares, one of `METRICS`. A study without a test
-    (`test_episodes = 0`) has no test return and needs `validation_return`."""
+    """The least training seed. A search for settings takes `FIRST_TUNING_SEED` or above."""
+    metric: str = DEFAULT_METRIC
+    """What its report shows and compares, one of `METRICS`. A study without a test
+    (`test_episodes = 0`) has no return on test starts: it takes `validation_return`."""
     title: str = ""
-    section: str = ""
+    """Of its page; its name if empty."""
     question: str = ""
+    """The first sentence of its page."""
+    claims: Sequence[Claim] = ()
+    """What is claimed, before the numbers are known; each gets a verdict."""
 
     def __post_init__(self) -> None:
+        _check_types(self, name=str, seeds=int, base_level=str, first_seed=int, metric=str)
+        _check_types(self, title=str, question=str)
+        _check_is(self.base, str | Config, "base", "a preset's name or a Config")
+        _check_is(self.changes, Mapping, "changes", "a dictionary of settings")
+        object.__setattr__(self, "factors", _all_are(self.factors, Factor, "factors"))
+        object.__setattr__(self, "claims", _all_are(self.claims, Claim, "claims"))
+        object.__setattr__(self, "changes", nested(self.changes))
         if not is_plain_name(self.name):
             raise UserError(f"name = {self.name!r}: must be letters, digits, '.', '_' and '-'")
         check_seeds(self.seeds, self.first_seed)
-        if self.metric not in METRICS:
-            raise UserError(f"metric = {self.metric!r}: must be one of {', '.join(METRICS)}")
         if not 1 <= len(self.factors) <= 2:
             raise UserError(f"study {self.name!r}: has {len(self.factors)} factors, must be 1 or 2")
-        for factor in self.factors:
-            labels = [level.label for level in factor.levels]
-            if not labels:
-                raise UserError(f"factor {factor.name!r}: has no levels, must have at least 1")
-            twice = next((label for label in labels if labels.count(label) > 1), None)
-            if twice is not None:
-                raise UserError(f"factor {factor.name!r}: has level {twice!r} twice")
-        untested = any(not cell.config.training.test_episodes for cell in self.cells())
-        if untested and self.metric in TEST_METRICS:
-            raise UserError(
-                f"metric = {self.metric!r}: needs a test, and test_episodes is 0; "
-                "choose validation_return"
-            )
-        names = list(dict.fromkeys((*self.labels(0), *(cell.name for cell in self.cells()))))
+        cells = self.cells()
+        cell_names = [cell.name for cell in cells]
+        twice = _first_twice(cell_names)
+        if twice is not None:
+            raise UserError(f"study {self.name!r}: two cells are called {twice!r}")
+        is_tested = all(cell.config.training.test_episodes for cell in cells)
+        _check_metric(self.metric, is_tested=is_tested)
+        names = list(dict.fromkeys((*self.labels(0), *cell_names)))
         if self.base_level and self.base_level not in names:
             raise UserError(f"base_level = {self.base_level!r}: must be one of {', '.join(names)}")
+        for claim in self.claims:
+            try:
+                _check_claim(claim, cell_names, is_tested=is_tested)
+            except UserError as error:
+                raise UserError(f"claim {claim.sentence!r}: {error}") from None
 
     def labels(self, factor: int) -> list[str]:
         """The labels of a factor's levels, in order."""
@@ -158,7 +229,8 @@ class Study:
     def _config_of(self, levels: Sequence[Level]) -> Config:
         where = f"study {self.name!r}, {' · '.join(level.label for level in levels)}"
         started = [level.changes["preset"] for level in levels if "preset" in level.changes]
-        config = presets.preset(str(started[-1] if started else self.base))
+        base = str(started[-1]) if started else self.base
+        config = presets.preset(base) if isinstance(base, str) else base
         for changes in (self.changes, *(level.changes for level in levels)):
             rest = {name: value for name, value in changes.items() if name != "preset"}
             config = toml.replace_fields(config, rest, where)
@@ -182,96 +254,9 @@ def check_seeds(seeds: int, first_seed: int = 0) -> None:
         raise UserError(f"seeds = {seeds}: must be from 1 to {most}")
 
 
-def nested(field_name: str, value: Any) -> dict[str, Any]:
-    """The change of one field by its dotted name, such as `learning.gamma`."""
-    section, _, inner = field_name.rpartition(".")
-    return {section: {inner: value}} if section else {inner: value}
-
-
 def levels_of(field_name: str, values: Sequence[Any]) -> tuple[Level, ...]:
     """A level for each value of one field."""
-    return tuple(
-        Level(_label(value), nested(field_name, value), _position(value)) for value in values
-    )
-
-
-class _FactorTable(Struct, frozen=True, forbid_unknown_fields=True):
-    """`[[factor]]` of a study file."""
-
-    name: str = ""
-    field: Annotated[str, Meta(title="a field such as 'learning.gamma'")] = ""
-    values: Annotated[list[Any], Meta(title="a list of values")] = msgspec.field(
-        default_factory=list[Any]
-    )
-    level: Annotated[list[dict[str, Any]], Meta(title="tables [[factor.level]]")] = msgspec.field(
-        default_factory=list[dict[str, Any]]
-    )
-
-
-class _StudyFile(Struct, frozen=True, forbid_unknown_fields=True):
-    """A study file."""
-
-    format_version: Any = FORMAT_VERSION
-    name: str = ""
-    title: str = ""
-    question: str = ""
-    base: Annotated[str, Meta(title="a preset's name")] = "paper-best"
-    base_level: Annotated[str, Meta(title="a level's label")] = ""
-    seeds: int = 5
-    first_seed: int = 0
-    metric: Annotated[str, Meta(title="a metric's name")] = "best_return"
-    config: Annotated[dict[str, Any], Meta(title="a table [config]")] = msgspec.field(
-        default_factory=dict[str, Any]
-    )
-    factor: Annotated[list[_FactorTable], Meta(title="tables [[factor]]")] = msgspec.field(
-        default_factory=list[_FactorTable]
-    )
-
-
-def from_toml(path: Path) -> Study:
-    """The study in a TOML file.
-
-    Raises:
-        UserError: unreadable file, unknown field, empty factor, invalid value, or another format
-            version.
-    """
-    file = records.convert(toml.read_toml(path), _StudyFile, path)
-    if file.format_version != FORMAT_VERSION:
-        raise UserError(
-            f"{path}: format_version = {file.format_version!r}: must be {FORMAT_VERSION} "
-            "in this version of touchdown"
-        )
-    try:
-        return Study(
-            name=file.name or path.stem,
-            title=file.title,
-            question=file.question,
-            base=file.base,
-            base_level=file.base_level,
-            seeds=file.seeds,
-            first_seed=file.first_seed,
-            metric=file.metric,
-            changes=file.config,
-            factors=tuple(map(_factor_from, file.factor)),
-        )
-    except UserError as error:
-        raise UserError(f"{path}: {one_line(error)}") from None
-
-
-def _factor_from(table: _FactorTable) -> Factor:
-    if table.field:
-        return Factor(table.name or table.field, levels_of(table.field, table.values))
-    if not table.name:
-        raise UserError("[[factor]]: must have a field, or a name and [[factor.level]]")
-    return Factor(table.name, tuple(map(_level_from, table.level)))
-
-
-def _level_from(table: dict[str, Any]) -> Level:
-    label = table.get("label")
-    if not isinstance(label, str):
-        raise UserError(f"[[factor]]: level = {table!r}: must be a table with a label")
-    changes = {name: value for name, value in table.items() if name != "label"}
-    return Level(label, changes)
+    return tuple(Level(_label(value), {field_name: value}, _position(value)) for value in values)
 
 
 def _label(value: Any) -> str:
@@ -283,3 +268,49 @@ def _label(value: Any) -> str:
 def _position(value: Any) -> float | None:
     numeric = isinstance(value, int | float) and not isinstance(value, bool)
     return float(value) if numeric else None
+
+
+def _check_types(instance: object, **kinds: Any) -> None:
+    """Refuse fields of another type.
+
+    Raises:
+        UserError: one is; it names the field.
+    """
+    for name, kind in kinds.items():
+        said = complaint(getattr(instance, name), kind, name)
+        if said:
+            raise UserError(said)
+
+
+def _check_is(value: object, kind: Any, name: str, wanted: str) -> None:
+    if not isinstance(value, kind):
+        raise UserError(f"{name} = {value!r}: must be {wanted}")
+
+
+def _all_are(values: object, kind: type[Any], name: str) -> tuple[Any, ...]:
+    """A sequence as a tuple, after a check of its entries' type."""
+    entries = tuple(cast(Sequence[object], values)) if isinstance(values, list | tuple) else None
+    if entries is None or not all(isinstance(entry, kind) for entry in entries):
+        raise UserError(f"{name} = {values!r}: must be a list of {kind.__name__}")
+    return entries
+
+
+def _first_twice(names: Sequence[str]) -> str | None:
+    return next((name for i, name in enumerate(names) if name in names[:i]), None)
+
+
+def _check_metric(metric: str, *, is_tested: bool) -> None:
+    if metric not in METRICS:
+        raise UserError(f"metric = {metric!r}: must be one of {', '.join(METRICS)}")
+    if metric in TEST_METRICS and not is_tested:
+        raise UserError(
+            f"metric = {metric!r}: needs a test, and test_episodes is 0; choose validation_return"
+        )
+
+
+def _check_claim(claim: Claim, cells: Sequence[str], *, is_tested: bool) -> None:
+    if claim.metric:
+        _check_metric(claim.metric, is_tested=is_tested)
+    unknown = next((name for name in claim.test.cells if name not in cells), None)
+    if unknown is not None:
+        raise UserError(f"level {unknown!r}: unknown; choose one of {', '.join(cells)}")

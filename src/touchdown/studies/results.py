@@ -74,6 +74,11 @@ class RunResult:
         return self.test is not None
 
     @property
+    def return_of_last(self) -> float:
+        """Of the last weights: on test starts, or where there is no test on validation's."""
+        return self.last_return if self.is_tested else self.last_validation
+
+    @property
     def folder(self) -> RunFolder:
         """Its files."""
         return RunFolder(self.path)
@@ -103,6 +108,16 @@ class StudyResults:
             metric: one of `METRICS`.
         """
         return np.array([getattr(run, metric) for run in self.of(labels)], float)
+
+    def named(self, cell: str, metric: str) -> FloatArray:
+        """One number per finished seed of a cell, [n], for claims.
+
+        Args:
+            cell: its name.
+            metric: one of `METRICS`.
+        """
+        found = next(each for each in self.study.cells() if each.name == cell)
+        return self.values(found.labels, metric)
 
     def of(self, labels: tuple[str, ...]) -> list[RunResult]:
         """The finished runs of a cell."""

@@ -16,8 +16,9 @@ from touchdown.core.errors import UserError, one_line
 from touchdown.policies import weights as policy_weights
 from touchdown.runs.folder import RunFolder
 from touchdown.studies import runner
+from touchdown.studies.changes import nested
 from touchdown.studies.executors import Executor
-from touchdown.studies.plan import FIRST_TUNING_SEED, nested
+from touchdown.studies.plan import FIRST_TUNING_SEED
 from touchdown.studies.store import Store
 from touchdown.studies.work import TrainJob
 
@@ -191,7 +192,7 @@ def _best_value(study: optuna.Study) -> float | None:
 def _changed(base: Config, changed: Mapping[str, Any]) -> Config:
     config = base
     for name, value in changed.items():
-        config = toml.replace_fields(config, nested(name, value), name)
+        config = toml.replace_fields(config, nested({name: value}), name)
     return config
 
 

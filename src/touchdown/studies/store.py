@@ -11,8 +11,9 @@ from msgspec import Meta, Struct
 
 from touchdown.core import files, records
 from touchdown.core.errors import UserError, one_line
+from touchdown.studies import study_file
 from touchdown.studies.job import Job
-from touchdown.studies.plan import FIRST_TUNING_SEED
+from touchdown.studies.plan import FIRST_TUNING_SEED, Study
 
 SomeJob = TypeVar("SomeJob", bound=Job)
 
@@ -152,11 +153,37 @@ class StartedStudy:
 
 
 def note_started(store: Store, study: StartedStudy) -> None:
-    """Record how a study was started."""
+    """Remember how a study was started.
+
+    Raises:
+        UserError: it cannot be written.
+    """
     folder = store.path / "begun"
-    folder.mkdir(exist_ok=True)
     content = _BegunFile(study.scale, study.seeds, study.file)
-    files.write_atomic(folder / f"{study.name}.json", files.to_json(content))
+    with files.refusing(str(folder)):
+        folder.mkdir(exist_ok=True)
+        files.write_atomic(folder / f"{study.name}.json", files.to_json(content))
+
+
+def kept_file(store: Store, study: Study) -> Path:
+    """Where a study that was made in Python is kept as a study file."""
+    return store.path / "begun" / f"{study.name}.toml"
+
+
+def keep(store: Store, study: Study) -> Path:
+    """Keep a study that was made in Python as a study file, for the command line and for later.
+
+    Returns:
+        The file.
+
+    Raises:
+        UserError: it cannot be written.
+    """
+    path = kept_file(store, study)
+    with files.refusing(str(path)):
+        path.parent.mkdir(exist_ok=True)
+        files.write_atomic(path, study_file.to_toml(study))
+    return path
 
 
 def list_started(store: Store) -> list[StartedStudy]:
@@ -170,4 +197,6 @@ def list_started(store: Store) -> list[StartedStudy]:
 
 def _read_begun(path: Path) -> StartedStudy:
     found = records.decode_json(path, _BegunFile)
-    return StartedStudy(path.stem, found.scale, found.seeds, found.file)
+    kept = path.with_suffix(".toml")
+    file = str(kept) if found.file is None and kept.is_file() else found.file
+    return StartedStudy(path.stem, found.scale, found.seeds, file)

@@ -1,12 +1,13 @@
-"""Finds a study by name: one of the paper's topics, all of them, or a TOML file."""
+"""Which study is meant: a `Study`, a TOML file, one of the paper's topics, or all of them."""
 
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from touchdown.core.errors import UserError
-from touchdown.studies import paper, plan, runner
+from touchdown.report.output import CLAIMS
+from touchdown.studies import paper, plan, runner, study_file
 from touchdown.studies import store as stores
 from touchdown.studies.job import Job
 from touchdown.studies.paper import SCALES, Scale
@@ -17,21 +18,26 @@ from touchdown.studies.work import BaselineJob, PidJob, TrainJob
 PAPER = "paper"
 """Name of all the paper's studies together."""
 
+AnyStudy = Study | Path | str
+"""A study made in Python, the path of a study file, `paper`, or one of the paper's topics."""
+
 
 @dataclass(frozen=True, slots=True)
 class StudySelection:
-    """The studies and jobs of one name."""
+    """All jobs of one study, or of the paper's."""
 
     name: str
     scale: Scale
     file: Path | None
-    """The TOML file of a user's study; None for the paper's."""
+    """The TOML file of a user's study; None for the paper's and for one made in Python."""
     studies: tuple[tuple[Study, int], ...]
     """Studies with their numbers of seeds."""
     pid_jobs: tuple[PidJob, ...]
     baselines: tuple[BaselineJob, ...]
     seeds: int | None
-    """Requested seeds per cell; None for the studies' own numbers."""
+    """Seeds of each cell that were asked for; None for the studies' own numbers."""
+    is_paper: bool
+    """Whether it is the paper's, not a user's."""
 
     @property
     def train_jobs(self) -> list[TrainJob]:
@@ -44,16 +50,21 @@ class StudySelection:
         return [*self.baselines, *self.pid_jobs, *self.train_jobs]
 
     def command(self, store: Store | None = None) -> str:
-        """The command that runs it.
+        """The command that runs it, or the call for a study that was made in Python.
 
         Args:
             store: store of its results; None leaves it out of the command.
         """
+        elsewhere = store is not None and store.path != DEFAULT_RESULTS
+        if not self.is_paper and self.file is None:
+            arguments = ["study"]
+            arguments += [] if self.seeds is None else [f"seeds={self.seeds}"]
+            arguments += [f"results_dir={str(store.path)!r}"] if store and elsewhere else []
+            return f"touchdown.run_study({', '.join(arguments)})"
         words = ["touchdown", "study", "run", str(self.file or self.name)]
         words += [] if self.file else ["--scale", self.scale]
         words += [] if self.seeds is None else ["--seeds", str(self.seeds)]
-        if store is not None and store.path != DEFAULT_RESULTS:
-            words += ["--results-dir", str(store.path)]
+        words += ["--results-dir", str(store.path)] if store and elsewhere else []
         return shlex.join(words)
 
     def job_names(self) -> Mapping[str, str]:
@@ -69,13 +80,15 @@ class StudySelection:
         return found
 
 
-def find_study(name: str, *, scale: str = "quick", seeds: int | None = None) -> StudySelection:
-    """Find a study by name.
+def find_study(
+    study: AnyStudy, *, scale: str = "quick", seeds: int | None = None
+) -> StudySelection:
+    """The jobs of a study.
 
     Args:
-        name: `paper`, one of its topics, or the path of a study's TOML file.
-        scale: scale of the paper's studies: `quick` or `full`.
-        seeds: training seeds per cell; None uses the study's own number.
+        study: a `Study`, the path of a study file, `paper`, or one of its topics.
+        scale: of the paper's studies: `quick` or `full`.
+        seeds: training seeds of each cell; None takes the study's own number.
 
     Raises:
         UserError: there is no such study, or its file is broken.
@@ -84,7 +97,10 @@ def find_study(name: str, *, scale: str = "quick", seeds: int | None = None) -> 
         raise UserError(f"scale = {scale!r}: must be one of {', '.join(SCALES)}")
     if seeds is not None:
         plan.check_seeds(seeds)
+    if isinstance(study, Study):
+        return _own(study, None, scale, seeds)
     topics = paper.topics(scale)
+    name = str(study)
     if name == PAPER or name in topics:
         wanted = list(topics.values()) if name == PAPER else [topics[name]]
         studies = {topic.study.name: topic.study for topic in wanted if topic.study}
@@ -98,29 +114,38 @@ def find_study(name: str, *, scale: str = "quick", seeds: int | None = None) -> 
             tuple(paper.pid_jobs(scale, seeds)) if with_pid else (),
             tuple(paper.baseline_jobs()) if with_baselines else (),
             seeds,
+            is_paper=True,
         )
     if not name.endswith(".toml"):
         known = ", ".join((PAPER, *topics))
         raise UserError(f"study {name!r}: unknown; choose one of {known}, or a .toml file")
-    study = plan.from_toml(Path(name))
-    if study.name in (PAPER, *topics):
-        raise UserError(f"{name}: name = {study.name!r}: reserved for the paper's studies")
+    return _own(study_file.from_toml(Path(name)), Path(name), scale, seeds)
+
+
+def _own(study: Study, file: Path | None, scale: Scale, seeds: int | None) -> StudySelection:
+    """The jobs of a user's study, from a file or made in Python."""
+    where = "" if file is None else f"{file}: "
+    if study.name in (PAPER, *paper.topics(scale)):
+        raise UserError(f"{where}name = {study.name!r}: is one of the paper's; choose another")
+    if study.name == CLAIMS:
+        raise UserError(f"{where}name = {study.name!r}: is a table of every page; choose another")
     if seeds is not None:
         plan.check_seeds(seeds, study.first_seed)
-    of_file = ((study, seeds or study.seeds),)
-    return StudySelection(study.name, scale, Path(name), of_file, (), (), seeds)
+    planned = ((study, seeds or study.seeds),)
+    return StudySelection(study.name, scale, file, planned, (), (), seeds, is_paper=False)
 
 
 def find_started(
-    store: Store, name: str | None, scale: str | None, seeds: int | None
+    store: Store, study: AnyStudy | None, scale: str | None, seeds: int | None
 ) -> Sequence[StudySelection]:
-    """Find studies by name, with the scale and the number of seeds of their last run.
+    """The jobs of a study, at the scale and with the number of seeds that it was last run with.
 
     Args:
-        store: the store in which it was run.
-        name: name of a study; None uses all that were started in the store.
-        scale: scale of the paper's studies; None uses that of the last run.
-        seeds: training seeds per cell; None uses the number of the last run.
+        store: where it was run.
+        study: a `Study`, the path of a study file, or a name; None takes all that were started in
+            the store.
+        scale: of the paper's studies; None takes the scale last run.
+        seeds: training seeds of each cell; None takes the number last asked for.
 
     Raises:
         UserError: there is no such study, or none was started.
@@ -132,10 +157,17 @@ def find_started(
             last.file or last.name, scale=scale or last.scale, seeds=seeds or last.seeds or None
         )
 
-    if name is None:
+    if study is None:
         if not known:
             raise UserError(f"results_dir {str(store.path)!r}: no study was started there")
         return [again(each) for each in known.values()]
+    if isinstance(study, Study):
+        last = known.get(study.name)
+        found = find_study(study, seeds=seeds or (last.seeds if last else 0) or None)
+        kept = stores.kept_file(store, study)
+        is_kept = kept.is_file() and study_file.from_toml(kept) == study
+        return [replace(found, file=kept) if is_kept else found]
+    name = str(study)
     last = known.get(name)
     if last is None and name.endswith(".toml"):
         last = known.get(find_study(name).name)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from touchdown.api.studies.find import PAPER, StudySelection, find_started
+from touchdown.api.studies.find import PAPER, AnyStudy, StudySelection, find_started
 from touchdown.core import progress
 from touchdown.core.errors import UserError
 from touchdown.report.output import Report
@@ -17,7 +17,7 @@ from touchdown.studies.store import DEFAULT_RESULTS, Store
 
 
 def study_report(
-    name: str | None = None,
+    study: AnyStudy | None = None,
     *,
     scale: str | None = None,
     seeds: int | None = None,
@@ -27,12 +27,15 @@ def study_report(
 ) -> Report:
     """Write a study's page: figures, verdicts on its claims, flights, tables.
 
+    Beside it are `summary.md` and, in `tables/`, the runs, the levels and the claims as CSV.
+
     Args:
-        name: name of a study; None uses the only one that was started.
-        scale: scale of the paper's studies; None uses that of the last run.
-        seeds: training seeds per level; None uses the number of the last run.
-        out: folder for the page; None uses one in the results folder, with links to the runs.
-        results_dir: folder of the runs and reports of studies.
+        study: a `Study`, the path of a study file, or a name; None takes the only one that was
+            started.
+        scale: of the paper's studies; None takes the scale last run.
+        seeds: training seeds of each level; None takes the number last asked for.
+        out: folder for the page; None makes one in the results folder, with links to the runs.
+        results_dir: folder that holds the runs and reports of studies.
         console: where to show progress; None shows nothing.
 
     Raises:
@@ -40,10 +43,10 @@ def study_report(
             be written.
     """
     store = stores.open_store(Path(results_dir))
-    started = find_started(store, name, scale, seeds)
+    started = find_started(store, study, scale, seeds)
     if len(started) > 1:
         names = ", ".join(each.name for each in started)
-        raise UserError(f"name = None: must be one of {names}: several studies were started")
+        raise UserError(f"study: must be one of {names}, because several studies were started")
     selection = started[0]
     runs = [*selection.pid_jobs, *selection.train_jobs]
     if len(store.without_results(runs)) == len(runs):
@@ -61,10 +64,10 @@ def study_report(
         def on_step(_name: str) -> None:
             count()
 
-        if selection.file is not None:
-            ((study, n),) = selection.studies
+        if not selection.is_paper:
+            ((own, n),) = selection.studies
             return write_study_report(
-                study,
+                own,
                 n,
                 store,
                 folder,

@@ -1,38 +1,46 @@
 """Runs a study, or estimates how long it will take."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
 
 from touchdown.api import views
-from touchdown.api.studies.find import find_study
-from touchdown.core import progress
+from touchdown.api.studies.find import AnyStudy, StudySelection, find_study
+from touchdown.core import plugins, progress
 from touchdown.core.errors import Interrupted, UserError
 from touchdown.studies import runner
 from touchdown.studies import store as stores
 from touchdown.studies.estimate import Estimate, estimate
 from touchdown.studies.executors import Executor, LocalExecutor
+from touchdown.studies.plan import Study
 from touchdown.studies.runner import State
 from touchdown.studies.store import DEFAULT_RESULTS, StartedStudy, Store
 
 
 def run_study(
-    name: str,
+    study: AnyStudy,
     *,
     scale: str = "quick",
     seeds: int | None = None,
     executor: Executor | None = None,
     results_dir: Path | str = DEFAULT_RESULTS,
+    trust: bool = False,
     console: Console | None = None,
 ) -> State:
     """Run a study; runs that are already done, in any study, are not repeated.
 
+    A study that was made in Python is kept as a TOML file in the folder of results, so that the
+    command line can continue and report it.
+
     Args:
-        name: `paper`, one of its topics, or the path of a study's TOML file.
-        scale: scale of the paper's studies: `quick` or `full`.
-        seeds: training seeds per cell; None uses the study's own number.
-        executor: runs the jobs; None uses one worker process per core of this machine.
-        results_dir: folder of the runs and reports of studies.
+        study: a `Study`, the path of a study file, `paper`, or one of its topics.
+        scale: of the paper's studies: `quick` or `full`.
+        seeds: training seeds of each cell; None takes the study's own number.
+        executor: does the jobs; None takes one worker process per core of this machine.
+        results_dir: folder that holds the runs and reports of studies.
+        trust: whether to import code that a study file names: an environment's module or an agent.
+            What a `Study` made in Python names is imported without it.
         console: where to show progress; None shows nothing.
 
     Returns:
@@ -43,11 +51,11 @@ def run_study(
             in use, or nothing can be written; finished runs are kept.
         Interrupted: Ctrl-C or SIGTERM; unfinished runs were saved.
     """
-    selection = find_study(name, scale=scale, seeds=seeds)
+    selection = find_study(study, scale=scale, seeds=seeds)
+    _allow_code(study, selection, trust=trust)
     shown = console or Console(quiet=True)
     store = stores.open_store(Path(results_dir), make=True)
-    file = None if selection.file is None else str(selection.file)
-    stores.note_started(store, StartedStudy(selection.name, selection.scale, seeds or 0, file))
+    selection = _note_started(selection, store)
     names = selection.job_names()
     try:
         with (
@@ -65,13 +73,43 @@ def run_study(
         raise Interrupted(f"stopped and saved; resume with: {selection.command()}") from None
 
 
+def _allow_code(study: AnyStudy, selection: StudySelection, *, trust: bool) -> None:
+    """Let the runs import the environments and agents that the study names.
+
+    Raises:
+        UserError: only a file names them.
+    """
+    names = {
+        (name, field)
+        for job in selection.train_jobs
+        for field in ("env_id", "algorithm")
+        if plugins.is_plugin(name := getattr(job.config, field))
+    }
+    with plugins.trusting(everything=trust or isinstance(study, Study)):
+        for name, field in sorted(names):
+            plugins.check_allowed(name, field, has_flag=False)
+    plugins.allow(*(name for name, _ in names))
+
+
+def _note_started(selection: StudySelection, store: Store) -> StudySelection:
+    """Remember that a study was started; one made in Python then has a file of its own."""
+    file = None if selection.file is None else str(selection.file)
+    started = StartedStudy(selection.name, selection.scale, selection.seeds or 0, file)
+    if not selection.is_paper and selection.file is None:
+        ((study, _),) = selection.studies
+        selection = replace(selection, file=stores.keep(store, study))
+    stores.note_started(store, started)
+    return selection
+
+
 def estimate_study(
-    name: str,
+    study: AnyStudy,
     *,
     scale: str = "quick",
     seeds: int | None = None,
     workers: int | None = None,
     results_dir: Path | str = DEFAULT_RESULTS,
+    trust: bool = False,
     console: Console | None = None,
 ) -> Estimate:
     """Estimate how long a study will take, from the speed of each kind of run on this machine.
@@ -79,17 +117,20 @@ def estimate_study(
     Finished runs show the speed of their kind; other kinds are trained for a few seconds.
 
     Args:
-        name: `paper`, one of its topics, or the path of a study's TOML file.
-        scale: scale of the paper's studies: `quick` or `full`.
-        seeds: training seeds per cell; None uses the study's own number.
-        workers: parallel runs; None uses one per core.
-        results_dir: folder of the runs of studies; it does not need to exist.
+        study: a `Study`, the path of a study file, `paper`, or one of its topics.
+        scale: of the paper's studies: `quick` or `full`.
+        seeds: training seeds of each cell; None takes the study's own number.
+        workers: runs at the same time; None takes one per core.
+        results_dir: folder that holds the runs of studies; it need not exist.
+        trust: whether to import code that a study file names: an environment's module or an agent.
+            What a `Study` made in Python names is imported without it.
         console: where to show progress; None shows nothing.
 
     Raises:
         UserError: there is no such study, or its file is broken.
     """
-    selection = find_study(name, scale=scale, seeds=seeds)
+    selection = find_study(study, scale=scale, seeds=seeds)
+    _allow_code(study, selection, trust=trust)
     count = LocalExecutor(workers).workers
     path = Path(results_dir)
     store = stores.open_store(path) if path.exists() else Store(path)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from touchdown.api.studies.find import find_started
+from touchdown.api.studies.find import AnyStudy, find_started
 from touchdown.studies import runner
 from touchdown.studies import store as stores
 from touchdown.studies.job import Job
@@ -33,7 +33,7 @@ class StudyProgress:
 
 
 def study_status(
-    name: str | None = None,
+    study: AnyStudy | None = None,
     *,
     scale: str | None = None,
     seeds: int | None = None,
@@ -42,10 +42,11 @@ def study_status(
     """Progress of each study.
 
     Args:
-        name: name of a study; None uses all that were started in the folder.
-        scale: scale of the paper's studies; None uses that of the last run.
-        seeds: training seeds per level; None uses the number of the last run.
-        results_dir: folder of the runs and reports of studies.
+        study: a `Study`, the path of a study file, or a name; None takes all that were started in
+            the folder.
+        scale: of the paper's studies; None takes the scale last run.
+        seeds: training seeds of each level; None takes the number last asked for.
+        results_dir: folder that holds the runs and reports of studies.
 
     Raises:
         UserError: there is no such folder or study.
@@ -53,10 +54,10 @@ def study_status(
     store = stores.open_store(Path(results_dir))
     found: list[StudyProgress] = []
     failures = store.failed()
-    for selection in find_started(store, name, scale, seeds):
+    for selection in find_started(store, study, scale, seeds):
         names = selection.job_names()
         groups: list[tuple[str, Sequence[Job]]] = [
-            (study.name, runner.jobs_of([(study, n)])) for study, n in selection.studies
+            (each.name, runner.jobs_of([(each, n)])) for each, n in selection.studies
         ]
         groups += [("pid", selection.pid_jobs)] if selection.pid_jobs else []
         groups += [("baselines", selection.baselines)] if selection.baselines else []

@@ -23,7 +23,7 @@ from touchdown.studies.paper.levels import (
     shape_of,
     split_evenly,
 )
-from touchdown.studies.plan import Factor, Level, Study, levels_of, nested
+from touchdown.studies.plan import Factor, Level, Study, levels_of
 from touchdown.studies.tuners import TUNERS, Tuning
 from touchdown.studies.work import BaselineJob, PidJob
 
@@ -51,15 +51,14 @@ def topics(scale: Scale) -> dict[str, Topic]:
         "ladder",
         scale,
         "What each part brings",
-        "4-9",
         (Factor("variant", tuple(Level(label, changes) for label, changes in RUNGS)),),
     )
     found = [
         Topic(
             ladder.name,
             ladder.title,
-            ladder.section,
-            "Does each part that the paper adds improve the return?",
+            "4-9",
+            "Does each part that the paper adds land better than the one before?",
             ladder,
             claims.ladder_claims(),
             with_baselines=True,
@@ -75,12 +74,14 @@ def topics(scale: Scale) -> dict[str, Topic]:
         ),
         _topic(
             _size(scale),
-            "Do more nodes per layer help?",
+            "8.1",
+            "Do more nodes in a layer help?",
             claims.size_claims(scale),
         ),
         _topic(
             _depth(scale),
-            "Does depth help, with 100 nodes in total and with 100 per layer?",
+            "8.1",
+            "Does depth help, with 100 nodes in all and with 100 in each layer?",
             claims.depth_claims(),
         ),
         _topic(
@@ -88,13 +89,13 @@ def topics(scale: Scale) -> dict[str, Topic]:
                 "target-period",
                 scale,
                 "Target period",
-                "8.2",
                 "target period, env steps",
                 "learning.target_period",
                 TARGET_PERIODS[scale],
                 800,
             ),
-            "Is there an optimal update period of the target network, near 800 env steps?",
+            "8.2",
+            "Is there a best period between copies to the target network, near 800 env steps?",
             claims.target_period_claims(scale),
         ),
         _topic(
@@ -102,13 +103,13 @@ def topics(scale: Scale) -> dict[str, Topic]:
                 "resaves",
                 scale,
                 "Preferential memory",
-                "8.3",
                 "re-saves τ",
                 "replay.resaves",
                 RESAVES[scale],
                 10,
             ),
-            "Do re-saves speed up early learning, and is their number irrelevant later?",
+            "8.3",
+            "Does storing rewarded transitions again speed learning up, and is it level late?",
             claims.resaves_claims(scale),
         ),
         _topic(
@@ -116,13 +117,13 @@ def topics(scale: Scale) -> dict[str, Topic]:
                 "discount",
                 scale,
                 "Discount",
-                "8.4",
                 "discount γ",
                 "learning.gamma",
                 GAMMAS[scale],
                 0.99,
             ),
-            "Is there an optimal discount factor?",
+            "8.4",
+            "Is there a sweet spot for the discount?",
             claims.discount_claims(),
         ),
         _topic(
@@ -130,16 +131,16 @@ def topics(scale: Scale) -> dict[str, Topic]:
                 "epsilon-decay",
                 scale,
                 "Decay of ε",
-                "8.4",
                 "decay of ε an episode",
                 "exploration.epsilon_decay",
                 EPSILON_DECAYS[scale],
                 0.975,
             ),
-            "Is there an optimal speed at which exploration ends?",
+            "8.4",
+            "Is there a sweet spot for how fast exploration ends?",
             claims.epsilon_decay_claims(),
         ),
-        _topic(_map(scale), "Do the two optima depend on each other?", ()),
+        _topic(_map(scale), "8.4", "Do the two sweet spots depend on each other?", ()),
         Topic(
             "alike",
             "Flights like the PID's",
@@ -182,15 +183,14 @@ def baseline_jobs() -> list[BaselineJob]:
     return [BaselineJob("pid"), BaselineJob("random")]
 
 
-def _topic(study: Study, question: str, claimed: tuple[Claim, ...]) -> Topic:
-    return Topic(study.name, study.title, study.section, question, study, claimed)
+def _topic(study: Study, section: str, question: str, claimed: tuple[Claim, ...]) -> Topic:
+    return Topic(study.name, study.title, section, question, study, claimed)
 
 
 def _study(
     name: str,
     scale: Scale,
     title: str,
-    section: str,
     factors: tuple[Factor, ...],
     base_level: str = "",
 ) -> Study:
@@ -202,7 +202,6 @@ def _study(
         changes=SHARED[scale],
         base_level=base_level,
         title=title,
-        section=section,
     )
 
 
@@ -210,14 +209,13 @@ def _one_field(
     name: str,
     scale: Scale,
     title: str,
-    section: str,
     axis: str,
     field: str,
     values: Sequence[float],
     base: float,
 ) -> Study:
     factor = Factor(axis, levels_of(field, values))
-    return _study(name, scale, title, section, (factor,), f"{base:g}")
+    return _study(name, scale, title, (factor,), f"{base:g}")
 
 
 def _size(scale: Scale) -> Study:
@@ -273,11 +271,11 @@ def _layered(
     factor = Factor(
         axis,
         tuple(
-            Level(label, nested("network.hidden_sizes", sizes), float(position), series)
+            Level(label, {"network.hidden_sizes": sizes}, float(position), series)
             for label, series, position, sizes in levels
         ),
     )
-    return _study(name, scale, title, "8.1", (factor,), base)
+    return _study(name, scale, title, (factor,), base)
 
 
 def _map(scale: Scale) -> Study:
@@ -286,7 +284,6 @@ def _map(scale: Scale) -> Study:
         "discount-epsilon-decay",
         scale,
         "Discount and decay of ε together",
-        "8.4",
         (
             Factor("discount γ", levels_of("learning.gamma", gammas)),
             Factor("decay of ε an episode", levels_of("exploration.epsilon_decay", decays)),

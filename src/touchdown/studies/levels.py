@@ -1,0 +1,76 @@
+"""A study's levels in numbers: each summarised over its seeds and compared with the base."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from touchdown.stats import compare, curves
+from touchdown.stats.compare import Comparison
+from touchdown.stats.curves import Reached
+from touchdown.stats.seeds import SeedSummary, summarise_seeds
+from touchdown.studies.plan import Cell
+from touchdown.studies.results import StudyResults
+
+
+@dataclass(frozen=True, slots=True)
+class AgainstBase:
+    """The comparison of a cell with the base."""
+
+    comparison: Comparison
+    p_corrected: float
+    """Of the difference, corrected for the study's other levels (Holm, 1979)."""
+
+
+@dataclass(frozen=True, slots=True)
+class LevelSummary:
+    """One cell of a study, in numbers."""
+
+    cell: Cell
+    is_base: bool
+    seeds: SeedSummary
+    """Of the metric."""
+    last_weights: float
+    """Mean return of the last weights: on test starts; on validation's where there is no test."""
+    over_training: float
+    """Mean validation return over training."""
+    env_steps_to_solved: Reached
+    seconds_to_solved: Reached
+    against_base: AgainstBase | None
+    """None for the base itself, and while it or the cell has fewer than two finished seeds."""
+
+
+def summarise_levels(results: StudyResults, metric: str) -> list[LevelSummary]:
+    """Every cell that has a finished run, in the order of the study.
+
+    Args:
+        results: of a study.
+        metric: what is summarised and compared, one of `METRICS`.
+    """
+    base = results.study.base_cell()
+    cells = [cell for cell in results.study.cells() if results.of(cell.labels)]
+    values = {cell.labels: results.values(cell.labels, metric) for cell in cells}
+    of_base = values.get(base.labels, np.empty(0))
+    known = {
+        labels: compare.compare(of_base, of_cell)
+        for labels, of_cell in values.items()
+        if labels != base.labels and min(len(of_base), len(of_cell)) > 1
+    }
+    corrected = compare.holm([found.p_value for found in known.values()])
+    against = {
+        labels: AgainstBase(found, p)
+        for (labels, found), p in zip(known.items(), corrected, strict=True)
+    }
+    runs_of = [results.of(cell.labels) for cell in cells]
+    return [
+        LevelSummary(
+            cell=cell,
+            is_base=cell.labels == base.labels,
+            seeds=summarise_seeds(values[cell.labels]),
+            last_weights=float(np.mean([run.return_of_last for run in runs])),
+            over_training=float(np.mean([run.area for run in runs])),
+            env_steps_to_solved=curves.reached([run.env_steps_to_solved for run in runs]),
+            seconds_to_solved=curves.reached([run.seconds_to_solved for run in runs]),
+            against_base=against.get(cell.labels),
+        )
+        for cell, runs in zip(cells, runs_of, strict=True)
+    ]

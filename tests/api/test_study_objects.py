@@ -1,0 +1,145 @@
+"""A study that is made in Python is run, followed and reported like one in a file."""
+
+from dataclasses import replace
+from html import unescape
+
+import pytest
+
+import touchdown
+from finished_runs import write_run
+from touchdown.api.studies import estimate_study
+from touchdown.cli import app
+from touchdown.config import toml
+from touchdown.core.errors import UserError
+from touchdown.studies import Claim, Factor, Greater, Near, Study
+from touchdown.studies.executors import LocalExecutor
+from touchdown.studies.store import open_store
+from touchdown.studies.study_file import from_toml, to_toml
+
+STUDY = Study(
+    name="mine",
+    question="Is it better?",
+    base=touchdown.preset("pilot"),
+    factors=[Factor.of("learning.gamma", [0.9, 0.99])],
+    seeds=2,
+    claims=[
+        Claim("A longer horizon is better.", Greater("0.99", "0.9")),
+        Claim("It is about 200.", Near("0.9", 200, 20)),
+    ],
+)
+RETURNS = {"0.9": (195.0, 205.0), "0.99": (105.0, 95.0)}
+
+
+def store_of(folder, seeds=2):
+    """A folder of results that holds these seeds of the study's runs."""
+    store = open_store(folder, make=True)
+    for run in STUDY.runs(seeds):
+        path = store.runs / run.digest
+        write_run(path, (RETURNS[run.cell.name][run.seed],))
+        (path / "config.toml").write_text(toml.to_toml(run.config))
+    return store
+
+
+def test_its_pieces_are_public_and_found_at_two_places():
+    assert touchdown.Study is Study
+    assert (touchdown.Factor, touchdown.Claim) == (Factor, Claim)
+    assert touchdown.Level.__name__ == "Level"
+    with pytest.raises(AttributeError, match="no attribute 'Luck'"):
+        touchdown.studies.Luck  # noqa: B018 - the look-up is the test
+
+
+def test_runs_that_are_there_are_done_and_only_further_seeds_are_missing(tmp_path):
+    store_of(tmp_path)
+    (before,) = touchdown.study_status(STUDY, results_dir=tmp_path)
+    assert (before.name, before.runs, before.done) == ("mine", 4, 4)
+    state = touchdown.run_study(STUDY, results_dir=tmp_path, executor=LocalExecutor(1))
+    assert (state.total, state.done, state.failed) == (4, 4, {})
+    (more,) = touchdown.study_status(STUDY, seeds=5, results_dir=tmp_path)
+    assert (more.runs, more.done) == (10, 4)
+    assert estimate_study(STUDY, results_dir=tmp_path, workers=1).missing == 0
+
+
+def test_once_run_the_command_line_knows_it_by_its_name(tmp_path, capsys):
+    store_of(tmp_path)
+    touchdown.run_study(STUDY, results_dir=tmp_path, executor=LocalExecutor(1))
+    kept = tmp_path / "begun" / "mine.toml"
+    assert from_toml(kept) == STUDY
+    (status,) = touchdown.study_status(results_dir=tmp_path)
+    assert (status.name, status.done) == ("mine", 4)
+    app.main(["study", "report", "mine", "--results-dir", str(tmp_path)])
+    printed = capsys.readouterr().out
+    assert "does not hold" in printed
+    assert "A longer horizon is better." in printed
+    text = unescape((tmp_path / "reports/mine/index.html").read_text())
+    assert f"touchdown study run {kept} --results-dir {tmp_path} && touchdown study report" in text
+    app.main(["study", "run", str(kept), "--results-dir", str(tmp_path)])
+    assert "4 of 4 runs are done" in capsys.readouterr().out
+    assert from_toml(kept) == STUDY
+
+
+def test_its_report_has_its_verdicts(tmp_path):
+    store_of(tmp_path)
+    report = touchdown.study_report(STUDY, results_dir=tmp_path, out=tmp_path / "page")
+    assert [d.claim for d in report.decisions["mine"]] == list(STUDY.claims)
+    assert [d.verdict for d in report.decisions["mine"]] == ["does not hold", "undecided"]
+    text = report.page.read_text()
+    assert text.count('class="evidence"') == 2
+    # it was never started here: there is no file to name
+    assert f"touchdown.run_study(study, results_dir='{tmp_path}')" in unescape(text)
+    assert (
+        "| A longer horizon is better. | **does not hold** |"
+        in (tmp_path / "page" / "summary.md").read_text()
+    )
+
+
+def test_a_changed_study_of_the_same_name_takes_its_place(tmp_path):
+    store_of(tmp_path)
+    touchdown.run_study(STUDY, results_dir=tmp_path, executor=LocalExecutor(1))
+    changed = replace(STUDY, claims=(), seeds=1)
+    state = touchdown.run_study(changed, results_dir=tmp_path, executor=LocalExecutor(1))
+    assert (state.total, state.done) == (2, 2)
+    assert from_toml(tmp_path / "begun" / "mine.toml") == changed
+    # what is asked about is what is given, not what is kept
+    (status,) = touchdown.study_status(STUDY, results_dir=tmp_path)
+    assert status.runs == 4
+
+
+def test_the_number_of_seeds_that_was_asked_for_last_is_remembered(tmp_path):
+    store_of(tmp_path)
+    touchdown.run_study(STUDY, seeds=1, results_dir=tmp_path, executor=LocalExecutor(1))
+    for which in (STUDY, "mine", None):
+        (status,) = touchdown.study_status(which, results_dir=tmp_path)
+        assert status.runs == 2
+
+
+def test_a_study_in_a_file_is_started_from_a_path_too_and_then_its_own_file_counts(tmp_path):
+    results = store_of(tmp_path / "results").path
+    touchdown.run_study(STUDY, results_dir=results, executor=LocalExecutor(1))
+    file = tmp_path / "mine.toml"
+    file.write_text(to_toml(replace(STUDY, seeds=1)))
+    state = touchdown.run_study(file, results_dir=results, executor=LocalExecutor(1))
+    assert state.total == 2
+    (status,) = touchdown.study_status("mine", results_dir=results)
+    assert status.runs == 2
+    (status,) = touchdown.study_status(file, results_dir=results)
+    assert status.runs == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("ladder", "name = 'ladder': is one of the paper's; choose another"),
+        ("paper", "name = 'paper': is one of the paper's; choose another"),
+        ("claims", "name = 'claims': is a table of every page; choose another"),
+    ],
+)
+def test_a_name_that_is_taken_is_refused_before_anything_is_written(name, said, tmp_path):
+    with pytest.raises(UserError, match=said):
+        touchdown.run_study(replace(STUDY, name=name), results_dir=tmp_path / "results")
+    assert not (tmp_path / "results").exists()
+
+
+def test_a_report_of_a_study_that_was_not_run_says_how_to_run_it(tmp_path):
+    open_store(tmp_path, make=True)
+    with pytest.raises(UserError, match=r"start it with: touchdown\.run_study\(study\)"):
+        touchdown.study_report(STUDY, results_dir=tmp_path)
