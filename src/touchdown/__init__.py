@@ -25,12 +25,17 @@ if TYPE_CHECKING:
     from touchdown.config.presets import PRESETS, preset
     from touchdown.core.errors import Interrupted, UserError
     from touchdown.runs.run import Run, list_runs
+    from touchdown.training.listeners import Listener
+    from touchdown.training.loggers import JsonLinesLogger, TensorBoardLogger
 
 _HOMES = {
     "Config": "config.config",
     "Interrupted": "core.errors",
+    "JsonLinesLogger": "training.loggers",
+    "Listener": "training.listeners",
     "PRESETS": "config.presets",
     "Run": "runs.run",
+    "TensorBoardLogger": "training.loggers",
     "UserError": "core.errors",
     "compare": "api.studies",
     "evaluate": "api.flying",
@@ -54,7 +59,10 @@ __all__ = [
     "PRESETS",
     "Config",
     "Interrupted",
+    "JsonLinesLogger",
+    "Listener",
     "Run",
+    "TensorBoardLogger",
     "UserError",
     "compare",
     "evaluate",

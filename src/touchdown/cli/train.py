@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from tyro.conf import Positional, arg
 
@@ -52,6 +52,13 @@ class Train:
         arg(metavar="RUN", help="Continue a stopped run, with the settings that it has."),
     ] = None
     runs_dir: RunsDir = DEFAULT_RUNS
+    logger: Annotated[
+        tuple[Literal["wandb", "mlflow"], ...],
+        arg(
+            help="Log to Weights & Biases or MLflow too; each needs its extra, such as "
+            "touchdown[wandb]."
+        ),
+    ] = ()
     device: Device = "cpu"
     engine: Engine = None
     seed: Annotated[int, arg(help="Training seed: everything random follows from it.")] = 0
@@ -103,11 +110,17 @@ class Train:
         device.use(self.device)
         use_engine(self.engine)
         if self.resume is None:
-            training.train(self.settings(), name=self.name, runs_dir=self.runs_dir, console=console)
+            training.train(
+                self.settings(),
+                name=self.name,
+                runs_dir=self.runs_dir,
+                logger=self.logger,
+                console=console,
+            )
             return
         if self.settings() != presets.preset("pilot") or self.config or self.name:
             raise UserError(
                 f"resume {self.resume!r}: continues with the run's own settings; "
                 "leave out the preset and the other flags"
             )
-        training.resume(self.resume, runs_dir=self.runs_dir, console=console)
+        training.resume(self.resume, runs_dir=self.runs_dir, logger=self.logger, console=console)
