@@ -35,10 +35,8 @@ class Heard:
 def often_saved(**changes):
     """A short run that saves a checkpoint after each episode."""
     config = lake(**changes)
-    return replace(
-        config,
-        training=replace(config.training, checkpoint_seconds=0.0, metrics_period=10),
-    )
+    settings = {"checkpoint_seconds": 0.0, "metrics_period": 10, "test_episodes": 0}
+    return replace(config, training=replace(config.training, **settings))
 
 
 def scalars_on_disk(run: touchdown.Run) -> list[tuple[int, str, float]]:
@@ -137,7 +135,7 @@ def test_a_second_ctrl_c_closes_the_listeners_too(tmp_path):
 
     heard = Heard(3, press_twice)
     with pytest.raises(KeyboardInterrupt):
-        touchdown.train(lake(), runs_dir=tmp_path, listeners=[heard])
+        touchdown.train(often_saved(), runs_dir=tmp_path, listeners=[heard])
     assert heard.closed == 1
 
 
@@ -145,7 +143,7 @@ def test_a_listener_that_fails_to_close_is_named_when_the_run_is_finished(tmp_pa
     heard = Heard()
     heard.close = fail
     with pytest.raises(ListenerError, match="listener Heard: close raised RuntimeError"):
-        touchdown.train(lake(), runs_dir=tmp_path, name="run", listeners=[heard])
+        touchdown.train(often_saved(), runs_dir=tmp_path, name="run", listeners=[heard])
     assert touchdown.show("run", tmp_path).status == "finished"
 
 

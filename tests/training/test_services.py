@@ -86,7 +86,8 @@ def client(no_server):  # noqa: ARG001 - sets the store
 def logged(no_server) -> Logged:
     base = lake(seed=3)
     config = replace(
-        base, training=replace(base.training, checkpoint_seconds=0.0, metrics_period=10)
+        base,
+        training=replace(base.training, checkpoint_seconds=0.0, metrics_period=10, test_episodes=0),
     )
     where = {"runs_dir": no_server / "runs", "logger": ("wandb", "mlflow")}
     with pytest.raises(UserError) as stopped:
