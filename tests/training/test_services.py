@@ -286,3 +286,9 @@ def test_a_name_given_twice_is_one_logger():
     assert services.check_names("mlflow") == ("mlflow",)
     assert services.check_names(["mlflow", "mlflow"]) == ("mlflow",)
     assert services.check_names(None) == ()
+
+
+@pytest.mark.parametrize("wrong", ["tensorbord", ("mlflow", "W&B"), 5])
+def test_an_unknown_name_is_refused_with_the_known_ones(wrong):
+    with pytest.raises(UserError, match="must be one of wandb, mlflow"):
+        services.check_names(wrong)

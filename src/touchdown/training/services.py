@@ -5,7 +5,7 @@ Each service is an extra, and loads when it is used.
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Literal, Protocol, get_args
+from typing import Literal, Protocol, cast, get_args
 
 import msgspec
 from msgspec import Struct
@@ -52,7 +52,10 @@ def check_names(logger: LoggerName | Sequence[LoggerName] | None) -> tuple[Logge
     Raises:
         UserError: there is no such service, or it is not installed.
     """
-    named = (logger,) if isinstance(logger, str) else tuple(logger or ())
+    if logger is None:
+        return ()
+    several = tuple(logger) if isinstance(logger, (list, tuple)) else (logger,)
+    named = cast(tuple[LoggerName, ...], several)  # as each is checked to be
     for name in named:
         if name not in get_args(LoggerName):
             known = ", ".join(get_args(LoggerName))
@@ -101,7 +104,7 @@ def open_loggers(
 
 
 def read_logger_runs(path: Path) -> LoggerRuns:
-    """What `open_logger` wrote.
+    """What `open_loggers` wrote.
 
     Raises:
         UserError: the file is missing, broken or of another version.
