@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from touchdown.runs.run import Run, list_runs
     from touchdown.studies.claims import Claim
     from touchdown.studies.plan import Factor, Level, Study
+    from touchdown.training.listeners import Listener
+    from touchdown.training.loggers import JsonLinesLogger, TensorBoardLogger
 
 _HOMES = {
     "Claim": "studies.claims",
@@ -34,9 +36,12 @@ _HOMES = {
     "Factor": "studies.plan",
     "Interrupted": "core.errors",
     "Level": "studies.plan",
+    "JsonLinesLogger": "training.loggers",
+    "Listener": "training.listeners",
     "PRESETS": "config.presets",
     "Run": "runs.run",
     "Study": "studies.plan",
+    "TensorBoardLogger": "training.loggers",
     "UserError": "core.errors",
     "compare": "api.studies",
     "evaluate": "api.flying",
@@ -62,9 +67,12 @@ __all__ = [
     "Config",
     "Factor",
     "Interrupted",
+    "JsonLinesLogger",
     "Level",
+    "Listener",
     "Run",
     "Study",
+    "TensorBoardLogger",
     "UserError",
     "compare",
     "evaluate",

@@ -2,11 +2,16 @@ import signal
 import subprocess
 import sys
 import time
+from typing import get_args
 
 import pytest
 
 from command_line import SHORT, complaint, run
+from touchdown.api import training
+from touchdown.cli import app
+from touchdown.cli.parse import parse
 from touchdown.core import files
+from touchdown.training.services import LoggerName
 
 
 def test_a_run_ends_with_its_records_results_and_pictures(finished):
@@ -56,3 +61,22 @@ def test_an_interrupted_run_says_how_to_continue_and_does(tmp_path, number):
     done = run("train", "--resume", "stop", f"--runs-dir={runs}")
     assert done.returncode == 0, done.stderr
     assert [row["episode"] for row in files.read_jsonl(episodes)] == list(range(1, 61))
+
+
+def test_loggers_are_handed_on_to_train_and_to_resume(monkeypatch, tmp_path):
+    given = []
+    for name in ("train", "resume"):
+        monkeypatch.setattr(training, name, lambda *_, logger, **__: given.append(logger))
+    app.main(["train", "dqn", "--logger", *get_args(LoggerName), f"--runs-dir={tmp_path}"])
+    app.main(["train", "--resume=mine", "--logger", "mlflow"])
+    app.main(["train"])
+    assert given == [("wandb", "mlflow"), ("mlflow",), ()]
+
+
+def test_an_unknown_logger_is_refused(capsys):
+    said = complaint("train", "--logger", "tensorbord", capsys=capsys)
+    assert "wandb" in said
+    assert "mlflow" in said
+    with pytest.raises(SystemExit):
+        parse(["train", "--help"])
+    assert "--logger" in capsys.readouterr().out

@@ -1,7 +1,7 @@
 """Completes one run, from its config or last checkpoint to its pictures."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import closing
 
 import numpy as np
@@ -24,22 +24,41 @@ from touchdown.policies import weights as policy_weights
 from touchdown.render import film as films
 from touchdown.runs.folder import DEFAULT_RUNS, RunFolder
 from touchdown.runs.run import FLIGHTS, GIF, MP4, PICTURES, POLICY, Run
-from touchdown.training import finish
+from touchdown.training import finish, services
+from touchdown.training.listeners import ListenerError, Listeners
+from touchdown.training.services import LoggerName
 from touchdown.training.trainer import Trainer
 
 OVERLAID = 6  # number of starts whose flights are drawn over each other; more would hide each other
 
 
-def complete(folder: RunFolder, console: Console | None) -> Run:
-    """Do the missing parts of a run: training, checkpoint selection, test, pictures."""
+def complete(
+    folder: RunFolder,
+    console: Console | None,
+    listeners: Listeners,
+    loggers: Sequence[LoggerName] = (),
+) -> Run:
+    """Do what a run still lacks: training, selection of a checkpoint, test, pictures.
+
+    Args:
+        folder: of the run.
+        console: where to show progress and results; None shows nothing.
+        listeners: told every scalar of training; closed by the caller.
+        loggers: names of logging services, which join the listeners.
+    """
     device.use_default()
     where = folder.path.parent
     place = "" if where == DEFAULT_RUNS else f" --runs-dir {where}"
-    continuing = f"resume with: touchdown train --resume {folder.name}{place}"
+    named = f" --logger {' '.join(loggers)}" if loggers else ""
+    continuing = f"continue with: touchdown train --resume {folder.name}{place}{named}"
     try:
-        return _completed(folder, console or Console(quiet=True))
+        return _completed(folder, console or Console(quiet=True), listeners, loggers)
     except Interrupted:
         raise Interrupted(f"stopped and saved; {continuing}") from None
+    except ListenerError as error:
+        raise ListenerError(
+            f"{error}; what was saved before is whole; {continuing}"
+        ) from error.__cause__
     except OSError as error:
         path = error.filename or folder.path
         raise UserError(
@@ -55,8 +74,12 @@ def complete(folder: RunFolder, console: Console | None) -> Run:
         ) from None
 
 
-def _completed(folder: RunFolder, shown: Console) -> Run:
+def _completed(
+    folder: RunFolder, shown: Console, listeners: Listeners, loggers: Sequence[LoggerName]
+) -> Run:
     config = folder.config()
+    for name, where in services.open_loggers(loggers, folder, listeners).items():
+        shown.print(f"logger {name}: {where}", soft_wrap=True, markup=False, highlight=False)
     began = time.monotonic()
     training = config.training
     with (
@@ -70,6 +93,7 @@ def _completed(folder: RunFolder, shown: Console) -> Run:
                 on_status=view.status,
                 on_phase=view.phase,
                 on_episode=view.advance,
+                on_scalars=listeners.log,
             )
         ) as trainer,
     ):

@@ -1,5 +1,6 @@
 """Trains an agent, or resumes a stopped run."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +19,10 @@ from touchdown.lander import engine as engines
 from touchdown.runs import folder as folders
 from touchdown.runs.folder import DEFAULT_RUNS
 from touchdown.runs.run import Run
+from touchdown.training import services
+from touchdown.training.listeners import Listener, Listeners
 from touchdown.training.selection import stop_threshold
+from touchdown.training.services import LoggerName
 
 
 def train(
@@ -29,6 +33,8 @@ def train(
     name: str | None = None,
     runs_dir: Path | str = DEFAULT_RUNS,
     seed: int | None = None,
+    listeners: Iterable[Listener] = (),
+    logger: LoggerName | Sequence[LoggerName] | None = None,
     trust: bool = False,
     console: Console | None = None,
 ) -> Run:
@@ -44,43 +50,37 @@ def train(
             taken.
         runs_dir: folder of the runs.
         seed: training seed; None uses the config's.
-        trust: whether to import the code that the config names. What `env` and `agent` name is
-            imported without it.
+        listeners: objects with `log(step, scalars)` and `close()`, which get every scalar of
+            training when it is recorded. Each is closed once, when this function returns or raises.
+        logger: `wandb`, `mlflow` or both, to log there too.
+        trust: whether to import code that the config names. What `env` and `agent` name is imported
+            without it.
         console: where to show progress and results; None shows nothing.
 
     Returns:
         The finished run.
 
     Raises:
-        UserError: the config, the name, the folder or the environment cannot be used, or something
-            could not be written, for example because the disk is full; `resume` continues from the
-            last saved state.
+        UserError: the config, the name, the folder, the environment, the agent, a listener or a
+            logger cannot be used, a listener raised an exception, or something could not be
+            written, for example because the disk is full; `resume` continues from the last saved
+            state.
         Interrupted: Ctrl-C or SIGTERM; the run was saved, and `resume` continues it.
     """
-    settings = preset(config) if isinstance(config, str) else config
-    if seed is not None:
-        settings = replace(settings, seed=seed)
-    if env is not None:
-        settings = replace(settings, env_id=custom.name_of(env))
-    if agent is not None:
-        settings = replace(settings, algorithm=_name_of(agent))
-    with plugins.trusting(everything=trust):
-        return _trained(settings, name, Path(runs_dir), console)
-
-
-def _trained(settings: Config, name: str | None, runs_dir: Path, console: Console | None) -> Run:
-    # refuse a wrong environment or settings that do not fit it before a folder is created
-    spaces = environment.spaces_of(settings.env_id, engine=engines.engine_in_use())
-    check_fits(settings, spaces)
-    stop_threshold(settings)
-    return complete(folders.create(runs_dir, settings, name), console)
-
-
-def _name_of(agent: type[Agent] | str) -> str:
-    if isinstance(agent, str):
-        plugins.allow(agent)
-        return agent
-    return plugins.give(agent)
+    with Listeners(listeners) as told, plugins.trusting(everything=trust):
+        settings = preset(config) if isinstance(config, str) else config
+        if seed is not None:
+            settings = replace(settings, seed=seed)
+        if env is not None:
+            settings = replace(settings, env_id=custom.name_of(env))
+        if agent is not None:
+            settings = replace(settings, algorithm=_name_of(agent))
+        # refuse a wrong environment or settings that do not fit it before a folder is created
+        spaces = environment.spaces_of(settings.env_id, engine=engines.engine_in_use())
+        check_fits(settings, spaces)
+        stop_threshold(settings)
+        loggers = services.check_names(logger)
+        return complete(folders.create(Path(runs_dir), settings, name), console, told, loggers)
 
 
 def resume(
@@ -89,6 +89,8 @@ def resume(
     env: EnvLike | None = None,
     agent: type[Agent] | str | None = None,
     runs_dir: Path | str = DEFAULT_RUNS,
+    listeners: Iterable[Listener] = (),
+    logger: LoggerName | Sequence[LoggerName] | None = None,
     trust: bool = False,
     console: Console | None = None,
 ) -> Run:
@@ -99,21 +101,31 @@ def resume(
         env: the environment that the run was started with, if this process cannot find it by name.
         agent: the agent's class, likewise.
         runs_dir: folder of the runs.
-        trust: whether to import the code that the run's config names.
+        listeners: as for `train`; they get the steps after the last checkpoint again.
+        logger: as for `train`; the service's run is continued.
+        trust: whether to import code that the run's config names.
         console: where to show progress and results; None shows nothing.
 
     Returns:
         The finished run.
 
     Raises:
-        UserError: there is no such run, its files are broken, or something could not be written.
+        UserError: there is no such run, its files are broken, a listener or a logger cannot be used
+            or raised an exception, or something could not be written.
         Interrupted: stopped again; the run was saved.
     """
-    folder = folders.find(run, Path(runs_dir))
-    config = folder.config()
-    _hand_over(env, agent, config)
-    with plugins.trusting(everything=trust):
-        return complete(folder, console)
+    with Listeners(listeners) as told, plugins.trusting(everything=trust):
+        folder = folders.find(run, Path(runs_dir))
+        _hand_over(env, agent, folder.config())
+        loggers = services.check_names(logger)
+        return complete(folder, console, told, loggers)
+
+
+def _name_of(agent: type[Agent] | str) -> str:
+    if isinstance(agent, str):
+        plugins.allow(agent)
+        return agent
+    return plugins.give(agent)
 
 
 def _hand_over(env: EnvLike | None, agent: type[Agent] | str | None, config: Config) -> None:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from tyro.conf import Fixed, Positional, Suppress, arg
 
@@ -59,6 +59,13 @@ class Train:
         arg(metavar="RUN", help="Resume a stopped run with its own settings."),
     ] = None
     runs_dir: RunsDir = DEFAULT_RUNS
+    logger: Annotated[
+        tuple[Literal["wandb", "mlflow"], ...],
+        arg(
+            help="Log to Weights & Biases or MLflow too; each needs its extra, such as "
+            "touchdown[wandb]."
+        ),
+    ] = ()
     device: Device = "cpu"
     engine: Engine = None
     seed: Annotated[int, arg(help="Training seed, which determines everything random.")] = 0
@@ -122,7 +129,13 @@ class Train:
         device.use(self.device)
         use_engine(self.engine)
         if self.resume is None:
-            training.train(self.settings(), name=self.name, runs_dir=self.runs_dir, console=console)
+            training.train(
+                self.settings(),
+                name=self.name,
+                runs_dir=self.runs_dir,
+                logger=self.logger,
+                console=console,
+            )
             return
         pilot = presets.preset("pilot")
         # these may name the run's own code, which is imported only if they do
@@ -132,4 +145,4 @@ class Train:
                 f"resume {self.resume!r}: a run resumes with its own settings; "
                 "leave out the preset and the other flags"
             )
-        training.resume(self.resume, runs_dir=self.runs_dir, console=console)
+        training.resume(self.resume, runs_dir=self.runs_dir, logger=self.logger, console=console)

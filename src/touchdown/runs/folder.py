@@ -79,6 +79,11 @@ class RunFolder:
         """Positions of the lander at each step of the first test flights."""
         return self.path / "paths.safetensors"
 
+    @property
+    def loggers(self) -> Path:
+        """What identifies the run at logging services; of a run that has used one."""
+        return self.path / "loggers.json"
+
     def config(self) -> Config:
         """The run's settings.
 

@@ -1,7 +1,7 @@
 """Records of training: lines for episodes, for some updates and for validations."""
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -19,19 +19,27 @@ RECENT = 100
 
 
 class History:
-    """Writes a run's records and keeps statistics of recent episodes.
+    """Writes a run's records, tells who listens, and remembers the recent episodes.
 
     Args:
         folder: the run's folder; episodes from before a resume also count as recent.
         recorder: appends to the records.
+        on_scalars: called with the environment steps so far and the scalars by tag, after they are
+            recorded.
 
     Raises:
         UserError: `episodes.jsonl` is broken.
     """
 
-    def __init__(self, folder: RunFolder, recorder: Recorder) -> None:
+    def __init__(
+        self,
+        folder: RunFolder,
+        recorder: Recorder,
+        on_scalars: Callable[[int, Mapping[str, float]], object] = lambda _step, _scalars: None,
+    ) -> None:
         self._folder = folder
         self._recorder = recorder
+        self._on_scalars = on_scalars
         rows = records.decode_jsonl(folder.episodes, EpisodeRow)[-RECENT:]
         self._returns = deque((row.episode_return for row in rows), RECENT)
         self._timed_out = deque((row.outcome == "timed out" for row in rows), RECENT)
@@ -87,7 +95,8 @@ class History:
             "rollout/time_limit_share": self.recent_time_limit_share,
             "time/fps": env_steps / max(seconds, 1e-9),
         }
-        self._recorder.write(self._folder.episodes, row, scalars)
+        self._recorder.write(self._folder.episodes, row)
+        self._log(env_steps, scalars)
 
     def update(
         self, metrics: Mapping[str, float], *, updates: int, env_steps: int, learning_rate: float
@@ -107,8 +116,8 @@ class History:
                 "reward_scale"
             )
         row = UpdateRow(update=updates, env_steps=env_steps, metrics=metrics)
-        scalars = {f"train/{name}": value for name, value in metrics.items()}
-        self._recorder.write(self._folder.updates, row, scalars)
+        self._recorder.write(self._folder.updates, row)
+        self._log(env_steps, {f"train/{name}": value for name, value in metrics.items()})
 
     def validation(
         self, results: list[EpisodeResult], mean_return: float, *, episode: int, env_steps: int
@@ -121,4 +130,9 @@ class History:
             returns=[result.episode_return for result in results],
             time_limit_share=float(np.mean([r.outcome == "timed out" for r in results])),
         )
-        self._recorder.write(self._folder.validations, row, {"eval/mean_reward": mean_return})
+        self._recorder.write(self._folder.validations, row)
+        self._log(env_steps, {"eval/mean_reward": mean_return})
+
+    def _log(self, env_steps: int, scalars: Mapping[str, float]) -> None:
+        self._recorder.log(env_steps, scalars)
+        self._on_scalars(env_steps, scalars)

@@ -1,4 +1,7 @@
-"""Logs of a training run: JSON Lines, and the same numbers for TensorBoard."""
+"""Loggers that need no account and no server: JSON Lines and TensorBoard, and a run's own records.
+
+A logger is a `Listener`: an object with `log(step, scalars)` and `close()`.
+"""
 
 import time
 from collections.abc import Mapping
@@ -16,8 +19,69 @@ from touchdown.runs.rows import EpisodeRow, UpdateRow, ValidationRow
 _EVENTS = "events.out.tfevents.*"
 
 
+class JsonLinesLogger:
+    """Writes scalars to a JSON Lines file, a line `{"step": ..., tag: value, ...}` a call.
+
+    Args:
+        path: of the file; lines are appended if it exists.
+
+    Raises:
+        UserError: the file cannot be written.
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        with files.refusing(f"path {str(path)!r}"):
+            self._file = Path(path).open("ab")  # noqa: SIM115 - open until it is closed
+
+    def log(self, step: int, scalars: Mapping[str, float]) -> None:
+        """Append a line, flushed when it is whole."""
+        self._file.write(files.to_json_line({"step": step, **scalars}))
+        self._file.flush()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+class TensorBoardLogger:
+    """Writes scalars to a new event file of TensorBoard, which begins with the first of them.
+
+    Args:
+        folder: for the file; made if it does not exist.
+        suffix: of its name, which has the second and the host; for a writer that starts within a
+            second of another in the same folder.
+    """
+
+    def __init__(self, folder: Path | str, suffix: str = "") -> None:
+        self._folder = Path(folder)
+        self._suffix = suffix
+        self._events: EventsWriter | None = None  # made when there is something to write
+
+    def log(self, step: int, scalars: Mapping[str, float]) -> None:
+        """Write one event a scalar."""
+        if self._events is None:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            self._events = EventsWriter(str(self._folder / "events"), self._suffix)
+        for tag, value in scalars.items():
+            event = cast(Any, event_pb2).Event(wall_time=time.time(), step=step)
+            event.summary.MergeFrom(scalar(tag, value))
+            self._events.write_event(event)
+
+    def flush(self) -> None:
+        """Write to the disk what is still in memory."""
+        if self._events is not None:
+            self._events.flush()
+
+    def close(self) -> None:
+        """Flush and close."""
+        if self._events is not None:
+            self._events.close()
+
+
 class Recorder:
-    """Appends to a run's records and flushes each complete line.
+    """A run's own records: a typed line in one of its JSON Lines files, and TensorBoard's events.
+
+    It is a listener whose files a resumed run continues without a gap and without a repetition.
 
     Args:
         folder: the run's folder.
@@ -34,37 +98,27 @@ class Recorder:
             file.truncate(sizes.get(path.name, 0))
             file.seek(0, 2)
             self._lines[path.name] = file
-        # the suffix prevents a run resumed within a second from overwriting its own file
-        self._events_suffix = f".{events_kept}"
-        self._events: EventsWriter | None = None  # created when there is something to write
+        # the suffix keeps a run that resumes within a second from writing over its own file
+        self._events = TensorBoardLogger(folder.path, f".{events_kept}")
 
-    def write(
-        self,
-        path: Path,
-        row: EpisodeRow | UpdateRow | ValidationRow,
-        scalars: Mapping[str, float],
-    ) -> None:
-        """Append one line, and its numbers for TensorBoard.
+    def write(self, path: Path, row: EpisodeRow | UpdateRow | ValidationRow) -> None:
+        """Append one line, flushed when it is whole.
 
         Args:
             path: one of the folder's JSON Lines files.
             row: the line.
-            scalars: values by TensorBoard tag, at step `row.env_steps`.
         """
         file = self._lines[path.name]
         file.write(files.to_json_line(row.to_json() if isinstance(row, UpdateRow) else row))
         file.flush()
-        if self._events is None:
-            self._events = EventsWriter(str(self._folder / "events"), self._events_suffix)
-        for tag, value in scalars.items():
-            event = cast(Any, event_pb2).Event(wall_time=time.time(), step=row.env_steps)
-            event.summary.MergeFrom(scalar(tag, value))
-            self._events.write_event(event)
+
+    def log(self, step: int, scalars: Mapping[str, float]) -> None:
+        """Write scalars for TensorBoard."""
+        self._events.log(step, scalars)
 
     def sizes(self) -> dict[str, int]:
         """Bytes written to each record so far, flushed, for a checkpoint."""
-        if self._events is not None:
-            self._events.flush()
+        self._events.flush()
         paths = [self._folder / name for name in self._lines]
         paths += self._folder.glob(_EVENTS)
         return {path.name: path.stat().st_size for path in paths}
@@ -73,8 +127,7 @@ class Recorder:
         """Flush and close."""
         for file in self._lines.values():
             file.close()
-        if self._events is not None:
-            self._events.close()
+        self._events.close()
 
 
 def _cut_events(folder: Path, sizes: Mapping[str, int]) -> int:

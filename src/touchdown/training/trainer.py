@@ -42,7 +42,9 @@ class Trainer:
         on_status: called after each training episode.
         on_phase: called when the final selection begins, with a description and the number of
             episodes to come.
-        on_episode: called after each episode of the final selection.
+        on_episode: called after each episode of the final choice.
+        on_scalars: called with the environment steps so far and the scalars by tag, as they are
+            recorded. What it raises ends training; the last checkpoint is whole.
 
     Raises:
         UserError: another process is training the run, its files are broken, or its environment
@@ -57,6 +59,7 @@ class Trainer:
         on_status: Callable[[TrainingStatus], object] = lambda _: None,
         on_phase: Callable[[str, int], object] = lambda _text, _count: None,
         on_episode: Callable[[], object] = lambda: None,
+        on_scalars: Callable[[int, Mapping[str, float]], object] = lambda _step, _scalars: None,
     ) -> None:
         self._began = time.monotonic()
         self._folder = folder
@@ -65,6 +68,7 @@ class Trainer:
         self._on_status = on_status
         self._on_phase = on_phase
         self._on_episode = on_episode
+        self._on_scalars = on_scalars
         with ExitStack() as resources:
             resources.enter_context(folders.lock(folder))
             self._open(resources)
@@ -89,7 +93,7 @@ class Trainer:
             self._check_records()
         self._recorder = Recorder(folder, self._progress.record_sizes)
         resources.callback(self._recorder.close)
-        self._history = History(folder, self._recorder)
+        self._history = History(folder, self._recorder, self._on_scalars)
         exact = engine == "exact" and rules.is_lander(config.env_id)
         evaluator = Evaluator(config.env_id, _NUM_EXACT_ENVS if exact else NUM_ENVS, engine)
         resources.callback(evaluator.close)

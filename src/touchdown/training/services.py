@@ -1,0 +1,127 @@
+"""Logging services by name: W&B and MLflow listen to a run, and a resumed run continues there.
+
+Each service is an extra, and loads when it is used.
+"""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Literal, Protocol, cast, get_args
+
+import msgspec
+from msgspec import Struct
+
+from touchdown.config.config import Config
+from touchdown.core import files, records
+from touchdown.core.errors import UserError, one_line
+from touchdown.runs import folder as folders
+from touchdown.runs.folder import RunFolder
+from touchdown.training.listeners import Listener, ListenerError, Listeners
+
+LoggerName = Literal["wandb", "mlflow"]
+FORMAT_VERSION = 1
+
+
+class ServiceLogger(Listener, Protocol):
+    """A listener that is a run at a logging service."""
+
+    @property
+    def run_id(self) -> str:
+        """What identifies the run there."""
+        ...
+
+    @property
+    def where(self) -> str:
+        """Where a person finds the run."""
+        ...
+
+
+class LoggerRuns(Struct, frozen=True, kw_only=True):
+    """`loggers.json`: what identifies a run at each logging service, so that it continues there."""
+
+    format_version: Literal[1] = FORMAT_VERSION
+    run_ids: dict[str, str] = msgspec.field(default_factory=dict[str, str])
+    """By the name of the service."""
+
+
+def check_names(logger: LoggerName | Sequence[LoggerName] | None) -> tuple[LoggerName, ...]:
+    """The logging services asked for, each once.
+
+    Args:
+        logger: the name of one, the names of several, or None.
+
+    Raises:
+        UserError: there is no such service, or it is not installed.
+    """
+    if logger is None:
+        return ()
+    several = tuple(logger) if isinstance(logger, (list, tuple)) else (logger,)
+    named = cast(tuple[LoggerName, ...], several)  # as each is checked to be
+    for name in named:
+        if name not in get_args(LoggerName):
+            known = ", ".join(get_args(LoggerName))
+            raise UserError(f"logger {name!r}: must be one of {known}")
+        _class_of(name)
+    return tuple(dict.fromkeys(named))
+
+
+def open_loggers(
+    names: Sequence[LoggerName], folder: RunFolder, listeners: Listeners
+) -> dict[str, str]:
+    """Have a run at each logging service: a new one, or the one that this run has there already.
+
+    Args:
+        names: of the services.
+        folder: of the run; its `loggers.json` keeps what identifies the run at a service.
+        listeners: that the services join.
+
+    Returns:
+        Where a person finds the run, by the name of the service.
+
+    Raises:
+        ListenerError: a service refuses; its own exception is the cause.
+        UserError: a service is not installed, another process is training the run, or its files are
+            broken or cannot be written.
+    """
+    if not names:
+        return {}
+    folders.lock(folder).close()  # refused while another process trains the run
+    path = folder.loggers
+    run_ids = dict(read_logger_runs(path).run_ids) if path.is_file() else {}
+    places: dict[str, str] = {}
+    for name in names:
+        make = _class_of(name)
+        try:
+            logger = make(folder.name, folder.config(), run_ids.get(name))
+        except Exception as error:
+            said = one_line(error).rstrip(".")
+            raise ListenerError(f"logger {name!r}: cannot be opened: {said}") from error
+        listeners.add(f"logger {name!r}", logger)
+        places[name] = logger.where
+        run_ids[name] = logger.run_id
+        with files.refusing(str(path)):
+            files.write_atomic(path, files.to_json(LoggerRuns(run_ids=run_ids)))
+    return places
+
+
+def read_logger_runs(path: Path) -> LoggerRuns:
+    """What `open_loggers` wrote.
+
+    Raises:
+        UserError: the file is missing, broken or of another version.
+    """
+    return records.decode_json(path, LoggerRuns, FORMAT_VERSION)
+
+
+def _class_of(name: LoggerName) -> Callable[[str, Config, str | None], ServiceLogger]:
+    try:
+        if name == "wandb":
+            from touchdown.training.wandb_logger import WandbLogger  # noqa: PLC0415 - an extra
+
+            return WandbLogger
+        from touchdown.training.mlflow_logger import MlflowLogger  # noqa: PLC0415 - an extra
+    except ImportError:
+        raise UserError(
+            f"logger {name!r}: needs {name}, which is not installed: "
+            f"pip install 'touchdown[{name}]'"
+        ) from None
+    return MlflowLogger
