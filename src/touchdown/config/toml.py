@@ -41,8 +41,8 @@ def digest_text(config: "DataclassInstance") -> str:
     return tomli_w.dumps({"format_version": FORMAT_VERSION, **values})
 
 
-def _renamed(name: str) -> str:
-    """The present name of a field."""
+def present_name(name: str) -> str:
+    """The present name of a field that may be given by its former one."""
     present = {old: new for names in _FORMER_NAMES.values() for new, old in names.items()}
     return present.get(name, name)
 
@@ -61,7 +61,7 @@ def replace_fields(instance: Any, values: Mapping[str, Any], where: str) -> Any:
     kinds = typing.get_type_hints(cast(type[Any], type(instance)))
     changes: dict[str, Any] = {}
     for given, value in values.items():
-        name = _renamed(given)
+        name = present_name(given)
         if name not in kinds:
             raise UserError(f"{where}: unknown field {given!r}; known: {', '.join(kinds)}")
         if dataclasses.is_dataclass(kinds[name]):
