@@ -5,14 +5,15 @@ from pathlib import Path
 from rich.console import Console
 
 from touchdown.api.policies import PolicyLike, find_policy
-from touchdown.core import progress
 from touchdown.core.errors import UserError
+from touchdown.core.progress import Counter, console_for
 from touchdown.core.seeding import check_seed
 from touchdown.core.starts import TEST_STARTS
 from touchdown.envs import recorder
 from touchdown.envs.flight import Flight
 from touchdown.evaluation import evaluation as evaluations
 from touchdown.evaluation.evaluation import Evaluation
+from touchdown.render import embedded as embedded  # noqa: PLC0414 - flights show their films
 from touchdown.render import film as films
 from touchdown.runs.folder import DEFAULT_RUNS
 
@@ -24,6 +25,7 @@ def evaluate(
     seed: int = TEST_STARTS.start,
     env_id: str = "LunarLander-v3",
     runs_dir: Path | str = DEFAULT_RUNS,
+    progress: bool | None = None,
     console: Console | None = None,
 ) -> Evaluation:
     """Fly a policy greedily on stock Gymnasium and summarise its episodes.
@@ -36,7 +38,9 @@ def evaluate(
         env_id: the environment for `random`, a `.zip`, and an `.onnx` that names none; other
             policies know theirs.
         runs_dir: folder that holds the runs.
-        console: where to show progress; None shows nothing.
+        progress: True shows progress and results, False shows nothing; None shows them in a
+            notebook and on a terminal.
+        console: where to show them; None takes the notebook's output or standard output.
 
     Raises:
         UserError: there is no such policy, or a number is out of range.
@@ -45,8 +49,8 @@ def evaluate(
         raise UserError(f"episodes = {episodes}: must be at least 1")
     check_seed(seed, episodes)
     named = find_policy(policy, Path(runs_dir), env_id)
-    shown = console or Console(quiet=True)
-    with progress.counting(shown, f"flying {named.name}", episodes) as count:
+    shown = console_for(progress, console)
+    with Counter(shown, f"flying {named.name}", episodes) as count:
         return evaluations.evaluate_policy(named, range(seed, seed + episodes), on_episode=count)
 
 

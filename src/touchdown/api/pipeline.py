@@ -30,14 +30,19 @@ from touchdown.training.trainer import Trainer
 OVERLAID = 6  # starts whose flights are drawn over each other: more hide each other
 
 
-def complete(folder: RunFolder, console: Console | None) -> Run:
-    """Do what a run still lacks: training, selection of a checkpoint, test, pictures."""
+def complete(folder: RunFolder, console: Console) -> Run:
+    """Do what a run still lacks: training, selection of a checkpoint, test, pictures.
+
+    Args:
+        folder: of the run.
+        console: where to show progress and results.
+    """
     device.use_default()
     where = folder.path.parent
     place = "" if where == DEFAULT_RUNS else f" --runs-dir {where}"
     continuing = f"continue with: touchdown train --resume {folder.name}{place}"
     try:
-        return _completed(folder, console or Console(quiet=True))
+        return _completed(folder, console)
     except Interrupted:
         raise Interrupted(f"stopped and saved; {continuing}") from None
     except OSError as error:

@@ -5,8 +5,9 @@ from pathlib import Path
 from rich.console import Console
 
 from touchdown.control.pid import PIDConfig, Rule
-from touchdown.core import files, progress
+from touchdown.core import files
 from touchdown.core.errors import UserError
+from touchdown.core.progress import Counter, console_for, stop_on_signals
 from touchdown.core.seeding import check_seed
 from touchdown.policies import baselines
 from touchdown.training import pid_tuning
@@ -20,6 +21,7 @@ def tune_pid(
     tolerance: float = 0.2,
     begin: PIDConfig | Path | str | None = None,
     out: Path | str | None = None,
+    progress: bool | None = None,
     console: Console | None = None,
 ) -> PIDConfig:
     """Tune the PID controller's gains and dead band with Twiddle, on training starts.
@@ -33,7 +35,9 @@ def tune_pid(
         begin: gains to start from, or a TOML file of them, such as the result of an earlier tuning;
             None starts from hand-picked gains.
         out: a TOML file for the gains; None only returns them.
-        console: where to show progress; None shows nothing.
+        progress: True shows progress and results, False shows nothing; None shows them in a
+            notebook and on a terminal.
+        console: where to show them; None takes the notebook's output or standard output.
 
     Returns:
         The best gains found, even if the tuning was stopped before its end.
@@ -54,11 +58,11 @@ def tune_pid(
         first = pid_tuning.HAND_PICKED
     else:
         first = begin if isinstance(begin, PIDConfig) else baselines.read_pid(Path(begin))
-    shown = console or Console(quiet=True)
+    shown = console_for(progress, console)
     step = None
     with (
-        progress.stop_on_signals(shown) as stop,
-        progress.counting(shown, "tuning the PID", 1.0) as count,
+        stop_on_signals(shown) as stop,
+        Counter(shown, "tuning the PID", 1.0) as count,
     ):
         for step in pid_tuning.tune_pid(rule, starts, seed, tolerance, first):
             done = pid_tuning.share_done(step.step, tolerance)

@@ -44,7 +44,9 @@ def with_settings(config: Config, settings: Mapping[str, Any]) -> Config:
         UserError: an unknown name, or a value that is refused.
     """
     section_of = {
-        item.name: section for section, kind in SECTIONS.items() for item in dataclasses.fields(kind)
+        item.name: section
+        for section, kind in SECTIONS.items()
+        for item in dataclasses.fields(kind)
     }
     known = set(bare_names(Config)) - _NOT_SETTINGS
     changed: dict[str, Any] = {}

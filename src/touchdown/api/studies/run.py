@@ -6,8 +6,8 @@ from rich.console import Console
 
 from touchdown.api import views
 from touchdown.api.studies.find import find_study
-from touchdown.core import progress
 from touchdown.core.errors import Interrupted, UserError
+from touchdown.core.progress import Counter, console_for, stop_on_signals
 from touchdown.studies import runner
 from touchdown.studies import store as stores
 from touchdown.studies.estimate import Estimate, estimate
@@ -23,6 +23,7 @@ def run_study(
     seeds: int | None = None,
     executor: Executor | None = None,
     results_dir: Path | str = DEFAULT_RESULTS,
+    progress: bool | None = None,
     console: Console | None = None,
 ) -> State:
     """Run a study; runs that are done already, in any study, are not repeated.
@@ -33,7 +34,9 @@ def run_study(
         seeds: training seeds of each cell; None takes the study's own number.
         executor: does the jobs; None takes one worker process per core of this machine.
         results_dir: folder that holds the runs and reports of studies.
-        console: where to show progress; None shows nothing.
+        progress: True shows progress and results, False shows nothing; None shows them in a
+            notebook and on a terminal.
+        console: where to show them; None takes the notebook's output or standard output.
 
     Returns:
         The state at the end, with the runs that failed.
@@ -44,7 +47,7 @@ def run_study(
         Interrupted: Ctrl-C or SIGTERM; unfinished runs were saved.
     """
     selection = find_study(name, scale=scale, seeds=seeds)
-    shown = console or Console(quiet=True)
+    shown = console_for(progress, console)
     store = stores.open_store(Path(results_dir), make=True)
     file = None if selection.file is None else str(selection.file)
     stores.note_started(store, StartedStudy(selection.name, selection.scale, seeds or 0, file))
@@ -52,7 +55,7 @@ def run_study(
     try:
         with (
             views.StudyView(shown, selection.name, lambda digest: names[digest]) as view,
-            progress.stop_on_signals(shown) as stop,
+            stop_on_signals(shown) as stop,
         ):
             return runner.run_jobs(
                 selection.jobs,
@@ -72,6 +75,7 @@ def estimate_study(
     seeds: int | None = None,
     workers: int | None = None,
     results_dir: Path | str = DEFAULT_RESULTS,
+    progress: bool | None = None,
     console: Console | None = None,
 ) -> Estimate:
     """Estimate how long a study will take, from the speed of each kind of run on this machine.
@@ -84,7 +88,9 @@ def estimate_study(
         seeds: training seeds of each cell; None takes the study's own number.
         workers: runs at the same time; None takes one per core.
         results_dir: folder that holds the runs of studies; it need not exist.
-        console: where to show progress; None shows nothing.
+        progress: True shows progress and results, False shows nothing; None shows them in a
+            notebook and on a terminal.
+        console: where to show them; None takes the notebook's output or standard output.
 
     Raises:
         UserError: there is no such study, or its file is broken.
@@ -93,8 +99,8 @@ def estimate_study(
     count = LocalExecutor(workers).workers
     path = Path(results_dir)
     store = stores.open_store(path) if path.exists() else Store(path)
-    shown = console or Console(quiet=True)
-    with progress.counting(shown, "measuring how fast runs are", 1.0) as counter:
+    shown = console_for(progress, console)
+    with Counter(shown, "measuring how fast runs are", 1.0) as counter:
         return estimate(
             selection.train_jobs,
             selection.pid_jobs,
