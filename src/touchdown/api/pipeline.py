@@ -1,11 +1,12 @@
 """One run, from its config or its last checkpoint to its last picture."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 
 import numpy as np
-from rich.console import Console
+from rich.console import Console, RenderableType
+from rich.text import Text
 
 from touchdown.api import views
 from touchdown.config.presets import SECTIONS_OF_THE_PAPER
@@ -23,7 +24,7 @@ from touchdown.lander import rules
 from touchdown.policies import weights as policy_weights
 from touchdown.render import film as films
 from touchdown.runs.folder import DEFAULT_RUNS, RunFolder
-from touchdown.runs.run import FLIGHTS, GIF, MP4, PICTURES, POLICY, Run
+from touchdown.runs.run import FLIGHTS, GIF, MP4, POLICY, Run
 from touchdown.training import finish
 from touchdown.training.trainer import Trainer
 
@@ -63,7 +64,6 @@ def complete(folder: RunFolder, console: Console) -> Run:
 def _completed(folder: RunFolder, shown: Console) -> Run:
     config = folder.config()
     began = time.monotonic()
-    training = config.training
     with (
         views.TrainingView(shown, folder.name) as view,
         progress.stop_on_signals(shown) as stop,
@@ -89,30 +89,40 @@ def _completed(folder: RunFolder, shown: Console) -> Run:
         tested = finish.fly_test(
             run, baselines=_baselines(config.env_id), on_phase=view.phase, on_episode=advance
         )
-        view.phase("drawing", len(PICTURES) if tested else 1)
+        view.phase("drawing", 4 if tested else 1)
         text = _draw_policy(run)
         if tested:
             _draw(run, tested[0], advance)
         finish.save_curve(run, f"{run.name} on {config.env_id}")
+        view.advance()
     seconds = f"trained in {progress.clock(trained - began)}"
     total = progress.clock(time.monotonic() - began)
-    shown.print(f"{folder.name}: {seconds}, {total} in all", markup=False)
-    if training.stop_when_solved:
-        shown.print(_how_it_was_solved(run), markup=False)
+    # all at once: a notebook frames each print on its own
+    shown.print(
+        Text(f"{folder.name}: {seconds}, {total} in all"),
+        *_results(run, tested, text),
+        sep="\n",
+        crop=False,
+    )
+    return run
+
+
+def _results(run: Run, tested: Sequence[Evaluation], learnt: str) -> Iterator[RenderableType]:
+    """What a finished run has to say: how it was solved, its test, its policy and its pictures."""
+    config = run.config
+    if config.training.stop_when_solved:
+        yield Text(_how_it_was_solved(run))
     if tested:
         note = SECTIONS_OF_THE_PAPER.get(config.preset)
-        shown.print(
-            table.evaluation_table(
-                tested,
-                paper=evaluations.is_lander(tested[0]),
-                note=f"{folder.name} is of the preset {config.preset}: {note}." if note else "",
-            )
+        yield table.evaluation_table(
+            tested,
+            paper=evaluations.is_lander(tested[0]),
+            note=f"{run.name} is of the preset {config.preset}: {note}." if note else "",
         )
-    if text:
-        shown.print(f"the policy learnt:\n{text}", markup=False, highlight=False)
+    if learnt:
+        yield Text(f"the policy learnt:\n{learnt}")
     for path in run.pictures:
-        shown.print(f"  {path}", soft_wrap=True, markup=False)
-    return run
+        yield Text(f"  {path}", no_wrap=True, overflow="ignore")
 
 
 def _baselines(env_id: str) -> tuple[str, ...]:

@@ -24,7 +24,7 @@ class TrainingView(View):
     """
 
     def __init__(self, console: Console, name: str) -> None:
-        super().__init__(console, refresh_per_second=4)
+        super().__init__(console, refresh_per_second=4, transient=True)
         self._name = name
         self._phase = count_bar(console)
 
