@@ -20,10 +20,10 @@ _GREY = (128, 128, 128)
 _COLOURS = TerminalTheme(_GREY, _GREY, [_GREY] * 8)
 _STYLES = Theme(
     {
-        "bar.back": "#8c8c8c",
-        "bar.complete": "#5c6bc0",
+        "bar.back": "#757575",
+        "bar.complete": "#1e88e5",
         "bar.finished": "#43a047",
-        "bar.pulse": "#5c6bc0",
+        "bar.pulse": "#1e88e5",
         "progress.download": "none",
         "progress.percentage": "none",
         "progress.remaining": "dim",

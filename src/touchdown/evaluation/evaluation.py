@@ -48,11 +48,11 @@ class Evaluation:
     def _repr_html_(self) -> str:
         """The table, for a notebook."""
         first, last = self.episodes[0].seed, self.episodes[-1].seed
-        title = f"{self.name}: {self.env_id}"
-        starts = f"{len(self.episodes)} greedy episodes from starts {first}-{last}"
+        count = len(self.episodes)
+        line = f"{self.env_id}, {count} greedy episodes from starts {first}-{last}"
         rows = summary_rows(self.env_id, self.summary.threshold)
         cells = [(name.strip(), cell(self.summary)) for name, cell in rows]
-        return notebook.facts_html(title, starts, cells)
+        return notebook.facts_html(self.name, line, cells)
 
 
 class _EvaluationFile(Struct, frozen=True, rename={"evaluations": "pilots"}):
