@@ -1,5 +1,6 @@
 import io
 
+import pytest
 from rich.console import Console
 
 import touchdown
@@ -27,3 +28,31 @@ def test_runs_are_listed_oldest_first(tmp_path):
     for name in ("b", "a"):
         touchdown.train(tiny("CartPole-v1", episodes=1), name=name, runs_dir=tmp_path)
     assert [run.name for run in touchdown.list_runs(tmp_path)] == ["b", "a"]
+
+
+def test_a_run_is_taken_as_itself_by_its_name_and_by_its_folder(run):
+    name, folder = run.name, run.path.parent
+    for given in (run, name, run.path, str(run.path)):
+        assert touchdown.show(given, folder) == run
+    assert touchdown.show(run) is run
+    assert touchdown.show(run.path) == run
+
+
+def test_what_is_no_run_is_refused_in_one_line(run):
+    with pytest.raises(touchdown.UserError, match="run = 3: must be a run, its name or its folder"):
+        touchdown.show(3)
+    with pytest.raises(touchdown.UserError, match=r"holds no config\.toml"):
+        touchdown.show(run.path.parent)
+
+
+@pytest.mark.parametrize("way", ["run", "name", "folder"])
+def test_every_function_takes_a_run_in_every_way(run, way, tmp_path):
+    given = {"run": run, "name": run.name, "folder": run.path}[way]
+    where = {"runs_dir": run.path.parent} if way == "name" else {}
+    assert touchdown.resume(given, **where).name == run.name
+    assert touchdown.fly(given, seed=1, **where).policy == run.name
+    assert touchdown.evaluate(given, episodes=1, **where).name == run.name
+    exported = touchdown.export(given, "safetensors", out=tmp_path / "out", **where)
+    assert exported.files[0].is_file()
+    assert touchdown.compare([given], out=tmp_path / "page", **where).is_file()
+    assert touchdown.compare(given, out=tmp_path / "page", **where).is_file()

@@ -65,6 +65,42 @@ def test_the_right_to_write_is_held_until_the_last_picture(tmp_path, monkeypatch
     assert refusals == ["run 'pilot-0': another process is training it"]
 
 
+def test_settings_are_given_by_name(tmp_path):
+    run = touchdown.train(
+        lake(), runs_dir=tmp_path, name="mine", seed=3, learning_rate=0.5, env_id="CliffWalking-v1"
+    )
+    config = touchdown.show("mine", tmp_path).config
+    assert (config.seed, config.learning.learning_rate) == (3, 0.5)
+    assert config.env_id == run.config.env_id == "CliffWalking-v1"
+    assert config.training == lake().training
+
+
+@pytest.mark.parametrize(
+    ("setting", "said"),
+    [
+        ({"learning_rat": 1e-3}, "learning_rat: unknown setting; did you mean learning_rate?"),
+        ({"gamma": 2}, "gamma = 2.0: must be from 0 to 1"),
+        ({"seed": -1}, "seed = -1: must be from 0 to 4294967295"),
+    ],
+)
+def test_a_setting_that_is_refused_leaves_no_folder(tmp_path, setting, said):
+    with pytest.raises(touchdown.UserError) as refused:
+        touchdown.train("pilot", runs_dir=tmp_path / "runs", **setting)
+    assert str(refused.value) == said
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_script_is_silent_unless_it_asks_for_progress(run, capsys):
+    touchdown.resume(run)
+    touchdown.evaluate(run, episodes=1)
+    assert capsys.readouterr().out == ""
+    touchdown.resume(run, progress=True)
+    assert "pilot-0: trained in 0:00" in capsys.readouterr().out
+    console = Console(record=True, width=120, file=io.StringIO())
+    touchdown.resume(run, console=console, progress=False)
+    assert console.export_text() == ""
+
+
 def test_resuming_a_finished_run_adds_no_file(run):
     before = {path for path in run.path.rglob("*") if path.is_file()}
     touchdown.resume("pilot-0", runs_dir=run.path.parent)

@@ -249,3 +249,12 @@ def test_file_whose_lengths_disagree_is_refused(tmp_path, changed):
     flights_file(path, metadata, **changed)
     with pytest.raises(UserError, match="not recorded flights"):
         load_flights(path)
+
+
+def test_a_flight_is_told_in_a_line(landing):
+    assert repr(landing) == (
+        f"<Flight heuristic: LunarLander-v3 from start {START}, {landing.outcome}, "
+        f"return {landing.episode_return:.1f}, {landing.steps} steps>"
+    )
+    renamed = dataclasses.replace(landing, policy="two\nlines")
+    assert repr(renamed).startswith("<Flight two\\nlines: ")

@@ -4,7 +4,7 @@ from importlib import resources
 from pathlib import Path
 
 from touchdown.api.policies import shipped
-from touchdown.api.runs import show
+from touchdown.api.runs import RunLike, find_run
 from touchdown.core import device, plugins
 from touchdown.exports import source as sources
 from touchdown.exports.export import Export, Format, write_export
@@ -13,7 +13,7 @@ from touchdown.runs.run import Run
 
 
 def export(
-    run: str | Run,
+    run: RunLike,
     format: Format = "onnx",  # noqa: A002 - as the flag
     *,
     out: Path | str | None = None,
@@ -40,10 +40,9 @@ def export(
     device.use_default()
     folder = None if out is None else Path(out)
     if not isinstance(run, Run):
-        weights = shipped(run, Path(runs_dir))
+        weights = shipped(str(run), Path(runs_dir))
         if weights is not None:
             with resources.as_file(weights) as path:
                 return write_export(sources.of_shipped(path), format, folder)
-        run = show(run, runs_dir)
     with plugins.trusting(everything=trust):
-        return write_export(sources.of_run(run), format, folder)
+        return write_export(sources.of_run(find_run(run, runs_dir)), format, folder)

@@ -5,8 +5,9 @@ from pathlib import Path
 from rich.console import Console
 
 from touchdown.api.policies import PolicyLike, find_policy
-from touchdown.core import plugins, progress
+from touchdown.core import plugins
 from touchdown.core.errors import UserError
+from touchdown.core.progress import Counter, console_for
 from touchdown.core.seeding import check_seed
 from touchdown.core.starts import TEST_STARTS
 from touchdown.envs import custom, recorder
@@ -14,6 +15,7 @@ from touchdown.envs.custom import EnvLike
 from touchdown.envs.flight import Flight
 from touchdown.evaluation import evaluation as evaluations
 from touchdown.evaluation.evaluation import Evaluation
+from touchdown.render import embedded as embedded  # noqa: PLC0414 - flights show their films
 from touchdown.render import film as films
 from touchdown.runs.folder import DEFAULT_RUNS
 
@@ -26,6 +28,7 @@ def evaluate(
     env_id: EnvLike = "LunarLander-v3",
     runs_dir: Path | str = DEFAULT_RUNS,
     trust: bool = False,
+    progress: bool | None = None,
     console: Console | None = None,
 ) -> Evaluation:
     """Run greedy episodes of a policy on stock Gymnasium and summarise them.
@@ -39,7 +42,9 @@ def evaluate(
             policies name theirs. An id, an environment, or a function that makes one.
         runs_dir: folder of the runs.
         trust: whether to import code that a file names: an environment's module or an agent.
-        console: where to show progress; None shows nothing.
+        progress: True shows progress and results, False shows nothing; None shows them in a
+            notebook and on a terminal.
+        console: where to show them; None takes the notebook's output or standard output.
 
     Raises:
         UserError: there is no such policy, or a number is out of range.
@@ -51,8 +56,8 @@ def evaluate(
         named = find_policy(policy, Path(runs_dir), custom.name_of(env_id))
         # known from now on: the environment is made again for each flight
         plugins.allow(named.env_id)
-    shown = console or Console(quiet=True)
-    with progress.counting(shown, f"evaluating {named.name}", episodes) as count:
+    shown = console_for(progress, console)
+    with Counter(shown, f"evaluating {named.name}", episodes) as count:
         return evaluations.evaluate_policy(named, range(seed, seed + episodes), on_episode=count)
 
 

@@ -1,11 +1,12 @@
 """Completes one run, from its config or last checkpoint to its pictures."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 
 import numpy as np
-from rich.console import Console
+from rich.console import Console, RenderableType
+from rich.text import Text
 
 from touchdown.api import views
 from touchdown.config.presets import SECTIONS_OF_THE_PAPER
@@ -23,7 +24,7 @@ from touchdown.lander import rules
 from touchdown.policies import weights as policy_weights
 from touchdown.render import film as films
 from touchdown.runs.folder import DEFAULT_RUNS, RunFolder
-from touchdown.runs.run import FLIGHTS, GIF, MP4, PICTURES, POLICY, Run
+from touchdown.runs.run import FLIGHTS, GIF, MP4, POLICY, Run
 from touchdown.training import finish, services
 from touchdown.training.listeners import ListenerError, Listeners
 from touchdown.training.services import LoggerName
@@ -34,7 +35,7 @@ OVERLAID = 6  # number of starts whose flights are drawn over each other; more w
 
 def complete(
     folder: RunFolder,
-    console: Console | None,
+    console: Console,
     listeners: Listeners,
     loggers: Sequence[LoggerName] = (),
 ) -> Run:
@@ -42,7 +43,7 @@ def complete(
 
     Args:
         folder: of the run.
-        console: where to show progress and results; None shows nothing.
+        console: where to show progress and results.
         listeners: told every scalar of training; closed by the caller.
         loggers: names of logging services, which join the listeners.
     """
@@ -52,7 +53,7 @@ def complete(
     named = f" --logger {' '.join(loggers)}" if loggers else ""
     continuing = f"continue with: touchdown train --resume {folder.name}{place}{named}"
     try:
-        return _completed(folder, console or Console(quiet=True), listeners, loggers)
+        return _completed(folder, console, listeners, loggers)
     except Interrupted:
         raise Interrupted(f"stopped and saved; {continuing}") from None
     except ListenerError as error:
@@ -81,7 +82,6 @@ def _completed(
     for name, where in services.open_loggers(loggers, folder, listeners).items():
         shown.print(f"logger {name}: {where}", soft_wrap=True, markup=False, highlight=False)
     began = time.monotonic()
-    training = config.training
     with (
         views.TrainingView(shown, folder.name) as view,
         progress.stop_on_signals(shown) as stop,
@@ -108,30 +108,40 @@ def _completed(
         tested = finish.fly_test(
             run, baselines=_baselines(config.env_id), on_phase=view.phase, on_episode=advance
         )
-        view.phase("drawing pictures", len(PICTURES) if tested else 1)
+        view.phase("drawing pictures", 4 if tested else 1)
         text = _draw_policy(run)
         if tested:
             _draw(run, tested[0], advance)
         finish.save_curve(run, f"{run.name} on {config.env_id}")
+        view.advance()
     seconds = f"trained in {progress.clock(trained - began)}"
     total = progress.clock(time.monotonic() - began)
-    shown.print(f"{folder.name}: {seconds}, {total} in total", markup=False)
-    if training.stop_when_solved:
-        shown.print(_how_it_was_solved(run), markup=False)
+    # all at once: a notebook frames each print on its own
+    shown.print(
+        Text(f"{folder.name}: {seconds}, {total} in total"),
+        *_results(run, tested, text),
+        sep="\n",
+        crop=False,
+    )
+    return run
+
+
+def _results(run: Run, tested: Sequence[Evaluation], learned: str) -> Iterator[RenderableType]:
+    """The results of a finished run: how it was solved, its test, its policy and its pictures."""
+    config = run.config
+    if config.training.stop_when_solved:
+        yield Text(_how_it_was_solved(run))
     if tested:
         note = SECTIONS_OF_THE_PAPER.get(config.preset)
-        shown.print(
-            table.evaluation_table(
-                tested,
-                paper=evaluations.is_lander(tested[0]),
-                note=f"{folder.name} uses the preset {config.preset}: {note}." if note else "",
-            )
+        yield table.evaluation_table(
+            tested,
+            paper=evaluations.is_lander(tested[0]),
+            note=f"{run.name} uses the preset {config.preset}: {note}." if note else "",
         )
-    if text:
-        shown.print(f"learned policy:\n{text}", markup=False, highlight=False)
+    if learned:
+        yield Text(f"learned policy:\n{learned}")
     for path in run.pictures:
-        shown.print(f"  {path}", soft_wrap=True, markup=False)
-    return run
+        yield Text(f"  {path}", no_wrap=True, overflow="ignore")
 
 
 def _baselines(env_id: str) -> tuple[str, ...]:

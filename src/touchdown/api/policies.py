@@ -3,11 +3,11 @@
 from importlib.resources.abc import Traversable
 from pathlib import Path
 
+from touchdown.api.runs import find_run
 from touchdown.core import device
 from touchdown.policies import lookup
 from touchdown.policies.named import NamedPolicy
-from touchdown.runs import folder as folders
-from touchdown.runs.run import Run, load_run
+from touchdown.runs.run import Run
 
 PolicyLike = str | Path | NamedPolicy | Run
 """A run, its name, `pid`, `heuristic`, `random`, a policy that comes with touchdown, or a file:
@@ -33,7 +33,7 @@ def find_policy(policy: PolicyLike, runs_dir: Path, env_id: str) -> NamedPolicy:
     name = str(policy)
     if lookup.is_known(name) or shipped(name, runs_dir) is not None:
         return lookup.load(name, env_id)
-    return load_run(folders.find(name, runs_dir))
+    return find_run(name, runs_dir).policy
 
 
 def shipped(name: str, runs_dir: Path) -> Traversable | None:

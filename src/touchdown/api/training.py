@@ -1,18 +1,21 @@
 """Trains an agent, or resumes a stopped run."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 
 from touchdown.agents.agent import Agent
 from touchdown.agents.registry import check_fits
 from touchdown.api.pipeline import complete
+from touchdown.api.runs import RunLike, find_run
 from touchdown.config.config import Config
+from touchdown.config.fields import with_settings
 from touchdown.config.presets import preset
 from touchdown.core import plugins
 from touchdown.core.errors import UserError
+from touchdown.core.progress import console_for
 from touchdown.envs import custom, environment
 from touchdown.envs.custom import EnvLike
 from touchdown.lander import engine as engines
@@ -36,12 +39,14 @@ def train(
     listeners: Iterable[Listener] = (),
     logger: LoggerName | Sequence[LoggerName] | None = None,
     trust: bool = False,
+    progress: bool | None = None,
     console: Console | None = None,
+    **settings: Any,
 ) -> Run:
     """Train an agent, select its best checkpoint, test it, and draw its figures and film.
 
     Args:
-        config: settings, or the name of a preset.
+        config: the name of a preset, or a config.
         env: a Gymnasium id, `module:Id`, an environment, or a function or class that makes one;
             None uses the config's. An environment is copied for each place in a vector env.
         agent: a class that fulfils `touchdown.agents.agent.Agent`, or its name,
@@ -53,38 +58,46 @@ def train(
         listeners: objects with `log(step, scalars)` and `close()`, which get every scalar of
             training when it is recorded. Each is closed once, when this function returns or raises.
         logger: `wandb`, `mlflow` or both, to log there too.
-        trust: whether to import code that the config names. What `env` and `agent` name is imported
-            without it.
-        console: where to show progress and results; None shows nothing.
+        trust: whether to import code that the config names. What the other arguments name is
+            imported without it.
+        progress: True shows progress and results, False shows nothing; None shows them in a
+            notebook and on a terminal.
+        console: where to show them; None uses the notebook's output or standard output.
+        settings: settings to change, named as on the command line, such as `learning_rate=1e-3`,
+            `hidden_sizes=(64, 64)` or an agent's `options={"tau": 0.1}`; also whole sections, such
+            as `network=NetworkConfig()`.
 
     Returns:
         The finished run.
 
     Raises:
-        UserError: the config, the name, the folder, the environment, the agent, a listener or a
-            logger cannot be used, a listener raised an exception, or something could not be
-            written, for example because the disk is full; `resume` continues from the last saved
-            state.
+        UserError: a setting is unknown or its value is refused; the name, the folder, the
+            environment, the agent, a listener or a logger cannot be used; a listener raised an
+            exception; or something could not be written, for example because the disk is full:
+            `resume` continues from the last saved state.
         Interrupted: Ctrl-C or SIGTERM; the run was saved, and `resume` continues it.
     """
     with Listeners(listeners) as told, plugins.trusting(everything=trust):
-        settings = preset(config) if isinstance(config, str) else config
+        base = preset(config) if isinstance(config, str) else config
+        given = dict(settings)
         if seed is not None:
-            settings = replace(settings, seed=seed)
+            given["seed"] = seed
         if env is not None:
-            settings = replace(settings, env_id=custom.name_of(env))
+            given["env_id"] = env
         if agent is not None:
-            settings = replace(settings, algorithm=_name_of(agent))
+            given["algorithm"] = agent
+        chosen = with_settings(base, _named(given))
         # refuse a wrong environment or settings that do not fit it before a folder is created
-        spaces = environment.spaces_of(settings.env_id, engine=engines.engine_in_use())
-        check_fits(settings, spaces)
-        stop_threshold(settings)
+        spaces = environment.spaces_of(chosen.env_id, engine=engines.engine_in_use())
+        check_fits(chosen, spaces)
+        stop_threshold(chosen)
         loggers = services.check_names(logger)
-        return complete(folders.create(Path(runs_dir), settings, name), console, told, loggers)
+        folder = folders.create(Path(runs_dir), chosen, name)
+        return complete(folder, console_for(progress, console), told, loggers)
 
 
 def resume(
-    run: str,
+    run: RunLike,
     *,
     env: EnvLike | None = None,
     agent: type[Agent] | str | None = None,
@@ -92,19 +105,22 @@ def resume(
     listeners: Iterable[Listener] = (),
     logger: LoggerName | Sequence[LoggerName] | None = None,
     trust: bool = False,
+    progress: bool | None = None,
     console: Console | None = None,
 ) -> Run:
     """Resume a stopped run from its last checkpoint and finish it.
 
     Args:
-        run: name or folder of the run.
+        run: a run, its name or its folder.
         env: the environment that the run was started with, if this process cannot find it by name.
         agent: the agent's class, likewise.
         runs_dir: folder of the runs.
         listeners: as for `train`; they get the steps after the last checkpoint again.
         logger: as for `train`; the service's run is continued.
         trust: whether to import code that the run's config names.
-        console: where to show progress and results; None shows nothing.
+        progress: True shows progress and results, False shows nothing; None shows them in a
+            notebook and on a terminal.
+        console: where to show them; None uses the notebook's output or standard output.
 
     Returns:
         The finished run.
@@ -115,17 +131,23 @@ def resume(
         Interrupted: stopped again; the run was saved.
     """
     with Listeners(listeners) as told, plugins.trusting(everything=trust):
-        folder = folders.find(run, Path(runs_dir))
+        folder = find_run(run, runs_dir).folder
         _hand_over(env, agent, folder.config())
         loggers = services.check_names(logger)
-        return complete(folder, console, told, loggers)
+        return complete(folder, console_for(progress, console), told, loggers)
 
 
-def _name_of(agent: type[Agent] | str) -> str:
+def _named(settings: dict[str, Any]) -> dict[str, Any]:
+    """Settings with the environment and the agent that the user handed over or named, by name."""
+    named = dict(settings)
+    if "env_id" in named:
+        named["env_id"] = custom.name_of(named["env_id"])
+    agent = named.get("algorithm")
     if isinstance(agent, str):
         plugins.allow(agent)
-        return agent
-    return plugins.give(agent)
+    elif agent is not None:
+        named["algorithm"] = plugins.give(agent)
+    return named
 
 
 def _hand_over(env: EnvLike | None, agent: type[Agent] | str | None, config: Config) -> None:

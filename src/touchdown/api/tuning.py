@@ -5,8 +5,9 @@ from pathlib import Path
 from rich.console import Console
 
 from touchdown.control.pid import PIDConfig, Rule
-from touchdown.core import files, progress
+from touchdown.core import files
 from touchdown.core.errors import UserError
+from touchdown.core.progress import Counter, console_for, stop_on_signals
 from touchdown.core.seeding import check_seed
 from touchdown.policies import baselines
 from touchdown.training import pid_tuning
@@ -20,20 +21,23 @@ def tune_pid(
     tolerance: float = 0.2,
     begin: PIDConfig | Path | str | None = None,
     out: Path | str | None = None,
+    progress: bool | None = None,
     console: Console | None = None,
 ) -> PIDConfig:
     """Tune the PID controller's gains and dead band with Twiddle, on training starts.
 
     Args:
         rule: the action rule to tune for: `signed` or `absolute`.
-        starts: training starts per trial.
-        seed: seed that selects the starts.
-        tolerance: stop once every step size is below this fraction of its initial value; above 0
-            and below 1.
-        begin: gains to start from, or a TOML file with them, such as an earlier result; None starts
-            from hand-picked gains.
-        out: TOML file for the gains; None only returns them.
-        console: where to show progress; None shows nothing.
+        starts: training starts flown in each trial.
+        seed: chooses the starts.
+        tolerance: stop once every step is below this fraction of its initial size; above 0 and
+            below 1.
+        begin: gains to start from, or a TOML file of them, such as the result of an earlier tuning;
+            None starts from hand-picked gains.
+        out: a TOML file for the gains; None only returns them.
+        progress: True shows progress and results, False shows nothing; None shows them in a
+            notebook and on a terminal.
+        console: where to show them; None takes the notebook's output or standard output.
 
     Returns:
         The best gains found, even if tuning was stopped early.
@@ -54,11 +58,11 @@ def tune_pid(
         first = pid_tuning.HAND_PICKED
     else:
         first = begin if isinstance(begin, PIDConfig) else baselines.read_pid(Path(begin))
-    shown = console or Console(quiet=True)
+    shown = console_for(progress, console)
     step = None
     with (
-        progress.stop_on_signals(shown) as stop,
-        progress.counting(shown, "tuning the PID", 1.0) as count,
+        stop_on_signals(shown) as stop,
+        Counter(shown, "tuning the PID", 1.0) as count,
     ):
         for step in pid_tuning.tune_pid(rule, starts, seed, tolerance, first):
             done = pid_tuning.share_done(step.step, tolerance)

@@ -1,10 +1,9 @@
-"""Live views of training and of studies on a terminal."""
+"""Live views of training and of studies, on a terminal and in a notebook."""
 
 import time
 from collections.abc import Callable
 
 from rich.console import Console, Group
-from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
@@ -17,7 +16,7 @@ _SETTLED = 0.2  # share of training after which the mean of recent returns is me
 
 
 class TrainingView(View):
-    """A live view of training on a terminal; elsewhere it draws nothing.
+    """A live view of training; it draws nothing where nobody can see it.
 
     Args:
         console: where to draw.
@@ -25,29 +24,29 @@ class TrainingView(View):
     """
 
     def __init__(self, console: Console, name: str) -> None:
-        super().__init__(console, Live(console=console, refresh_per_second=4))
+        super().__init__(console, refresh_per_second=4, transient=True)
         self._name = name
         self._phase = count_bar(console)
 
     def status(self, status: TrainingStatus) -> None:
         """Show the state of training."""
-        if self._console.is_terminal:
-            self._live.update(self._draw(status))
+        if self.is_drawn:
+            self.draw(self._state(status))
 
     def phase(self, text: str, count: int) -> None:
         """Start a phase after training, and show a bar over its `count` episodes or pictures."""
-        if self._console.is_terminal:
-            for task in self._phase.task_ids:
-                self._phase.remove_task(task)
-            self._phase.add_task(text, total=count)
-            self._live.update(self._phase)
+        for task in self._phase.task_ids:
+            self._phase.remove_task(task)
+        self._phase.add_task(text, total=count)
+        self.draw(self._phase)
 
     def advance(self) -> None:
         """Count one episode or picture of the phase as done."""
         for task in self._phase.task_ids:
             self._phase.advance(task)
+        self.draw(self._phase)
 
-    def _draw(self, status: TrainingStatus) -> Group:
+    def _state(self, status: TrainingStatus) -> Group:
         loss = "-" if status.loss is None else f"{status.loss:.3g}"
         table = Table.grid(padding=(0, 1))
         cells = [
@@ -70,7 +69,7 @@ class TrainingView(View):
 
 
 class StudyView(View):
-    """A live view of a study on a terminal; elsewhere it prints a line for each job that fails.
+    """A live view of a study, and a line for each job that fails.
 
     Args:
         console: where to draw.
@@ -79,7 +78,7 @@ class StudyView(View):
     """
 
     def __init__(self, console: Console, name: str, name_of: Callable[[str], str]) -> None:
-        super().__init__(console, Live(console=console, refresh_per_second=2, transient=True))
+        super().__init__(console, refresh_per_second=2, transient=True)
         self._name = name
         self._name_of = name_of
         self._began = time.monotonic()
@@ -96,10 +95,10 @@ class StudyView(View):
         recent = event.progress.recent_return
         if recent is not None and event.progress.share > _SETTLED:
             self._best = max(self._best or (recent, ""), (recent, self._name_of(event.digest)))
-        if self._console.is_terminal:
-            self._live.update(self._draw(state))
+        if self.is_drawn:
+            self.draw(self._state(state))
 
-    def _draw(self, state: State) -> Group:
+    def _state(self, state: State) -> Group:
         gained = state.share - (self._first_share or 0.0)
         passed = time.monotonic() - self._began
         left = clock((1 - state.share) * passed / gained) if gained > 0.001 else "-"

@@ -1,8 +1,9 @@
 """Error messages from tyro, shortened to one line."""
 
-import difflib
 import re
 from collections.abc import Mapping
+
+from touchdown.config.fields import nearest
 
 
 def one_line_of(complaint: str, verb: str, flags: Mapping[str, str]) -> str:
@@ -18,8 +19,8 @@ def one_line_of(complaint: str, verb: str, flags: Mapping[str, str]) -> str:
     unknown = re.match(r"Unrecognized options: (--[^\s,=]+)", text)
     if not unknown or not flags:
         return text
-    near = difflib.get_close_matches(unknown[1].replace("_", "-"), flags, n=1)
-    hint = f"did you mean {flags[near[0]]}?" if near else f"`touchdown {verb} --help` lists them"
+    near = nearest(unknown[1].replace("_", "-"), flags)
+    hint = f"did you mean {flags[near]}?" if near else f"`touchdown {verb} --help` lists them"
     return f"{unknown[1]}: unknown option; {hint}"
 
 

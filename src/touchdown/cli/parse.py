@@ -3,7 +3,6 @@
 import io
 from collections.abc import Iterator, Sequence
 from contextlib import redirect_stderr
-from dataclasses import fields
 from itertools import zip_longest
 from pathlib import Path
 from typing import Annotated, Any
@@ -20,6 +19,7 @@ from touchdown.cli.study import Study, StudyList, StudyReport, StudyRun, StudySt
 from touchdown.cli.train import Train
 from touchdown.cli.tune import Tune, TuneAgent, TunePid
 from touchdown.config import presets
+from touchdown.config.fields import bare_names
 from touchdown.config.sections import SECTIONS
 from touchdown.config.toml import from_values, read_toml
 from touchdown.core.errors import UserError
@@ -158,6 +158,5 @@ def _flags_of(words: Sequence[str]) -> Iterator[str]:
         return
     inner = _SECOND_WORDS.get(words[0], {"": VERBS[words[0]]})
     for kind in [inner[words[1]]] if len(words) > 1 else inner.values():
-        for item in fields(kind):
-            settings = fields(SECTIONS[item.name]) if item.name in SECTIONS else (item,)
-            yield from (f"--{each.name.replace('_', '-')}" for each in settings)
+        names = (name for name in bare_names(kind) if name != "base_options")  # not a flag
+        yield from (f"--{name.replace('_', '-')}" for name in names)

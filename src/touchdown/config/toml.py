@@ -29,7 +29,7 @@ def to_toml(config: "DataclassInstance") -> str:
     return tomli_w.dumps({"format_version": FORMAT_VERSION, **to_dict(config)})
 
 
-def _renamed(name: str) -> str:
+def present_name(name: str) -> str:
     """The current name of a field: files with a former name can still be read."""
     present = {old: new for names in FORMER_NAMES.values() for new, old in names.items()}
     return present.get(name, name)
@@ -49,7 +49,7 @@ def replace_fields(instance: Any, values: Mapping[str, Any], where: str) -> Any:
     kinds = typing.get_type_hints(cast(type[Any], type(instance)))
     changes: dict[str, Any] = {}
     for given, value in values.items():
-        name = _renamed(given)
+        name = present_name(given)
         if name not in kinds:
             raise UserError(f"{where}: unknown field {given!r}; known: {', '.join(kinds)}")
         if dataclasses.is_dataclass(kinds[name]):

@@ -1,13 +1,14 @@
-"""Progress bars on a terminal, and a clean stop on Ctrl-C; without a terminal nothing is drawn."""
+"""Progress bars on a terminal and in a notebook, and stopping cleanly on Ctrl-C."""
 
 import signal
+import sys
 import threading
 from collections.abc import Generator
 from contextlib import contextmanager
 from types import FrameType
 from typing import Self
 
-from rich.console import Console
+from rich.console import Console, RenderableType
 from rich.live import Live
 from rich.progress import (
     BarColumn,
@@ -18,7 +19,26 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from touchdown.core import notebook
 from touchdown.core.errors import Interrupted
+
+
+def console_for(progress: bool | None, console: Console | None) -> Console:
+    """The console for progress and results.
+
+    Args:
+        progress: None shows them in a notebook and on a terminal, True everywhere, False nowhere.
+        console: where to show them; None takes the notebook's output or standard output.
+    """
+    if progress is False:
+        return Console(quiet=True)
+    if console is not None:
+        return console
+    if notebook.in_notebook():
+        return notebook.make_console()
+    on_terminal = sys.stdout.isatty()
+    # as on the command line, a file's lines are longer than a terminal that nobody has
+    return Console(width=None if on_terminal else 120, quiet=not (progress or on_terminal))
 
 
 def clock(seconds: float) -> str:
@@ -74,14 +94,37 @@ def stop_on_signals(console: Console) -> Generator[StopSignal]:
 
 
 class View:
-    """A live display on a terminal; elsewhere it draws nothing."""
+    """A live display on a terminal or in a notebook; elsewhere it draws nothing.
 
-    def __init__(self, console: Console, live: Live) -> None:
+    Args:
+        console: where to draw.
+        refresh_per_second: how often at most.
+        transient: whether to leave nothing at the end.
+    """
+
+    def __init__(
+        self, console: Console, *, refresh_per_second: float, transient: bool = False
+    ) -> None:
         self._console = console
-        self._live = live
+        self._in_notebook = console.is_jupyter and notebook.in_notebook()
+        self._live = (
+            notebook.Live(refresh_per_second=refresh_per_second, transient=transient)
+            if self._in_notebook
+            else Live(console=console, refresh_per_second=refresh_per_second, transient=transient)
+        )
+
+    @property
+    def is_drawn(self) -> bool:
+        """Whether anybody can see it."""
+        return not self._console.quiet and (self._console.is_terminal or self._in_notebook)
+
+    def draw(self, renderable: RenderableType) -> None:
+        """Show something in place of what was shown before."""
+        if self.is_drawn:
+            self._live.update(renderable)
 
     def __enter__(self) -> Self:
-        if self._console.is_terminal:
+        if self.is_drawn:
             self._live.start()
         return self
 
@@ -102,37 +145,34 @@ def share_bar(console: Console, text: str, share: float) -> Progress:
     return bar
 
 
-@contextmanager
-def counting(console: Console, text: str, total: float) -> Generator["Counter"]:
-    """Show a progress bar with an ETA on a terminal; elsewhere nothing is drawn.
+class Counter(View):
+    """A progress bar with an ETA within a `with` block; call it once for each thing done.
 
     Args:
         console: where to draw.
         text: what is being done.
         total: number of items; 1.0 shows a percentage, for work that cannot be counted.
     """
-    counter = Counter(count_bar(console, percent=total == 1.0), text, total)
-    if console.is_terminal:
-        with counter.bar:
-            yield counter
-    else:
-        yield counter
 
+    def __init__(self, console: Console, text: str, total: float) -> None:
+        super().__init__(console, refresh_per_second=10, transient=True)
+        self._bar = count_bar(console, percent=total == 1.0)
+        self._task = self._bar.add_task(text, total=total)
 
-class Counter:
-    """A progress bar; call it once per finished item."""
-
-    def __init__(self, bar: Progress, text: str, total: float) -> None:
-        self.bar = bar
-        self._task = bar.add_task(text, total=total)
+    def __enter__(self) -> Self:
+        super().__enter__()
+        self.draw(self._bar)
+        return self
 
     def __call__(self) -> None:
-        """Count one item as done."""
-        self.bar.advance(self._task)
+        """Count one thing as done."""
+        self._bar.advance(self._task)
+        self.draw(self._bar)
 
     def describe(self, text: str, completed: float) -> None:
         """Set the bar's text and the amount done."""
-        self.bar.update(self._task, description=text, completed=completed)
+        self._bar.update(self._task, description=text, completed=completed)
+        self.draw(self._bar)
 
 
 def count_bar(console: Console, *, percent: bool = False) -> Progress:
@@ -143,5 +183,4 @@ def count_bar(console: Console, *, percent: bool = False) -> Progress:
         TaskProgressColumn() if percent else MofNCompleteColumn(),
         TimeRemainingColumn(),
         console=console,
-        transient=True,
     )

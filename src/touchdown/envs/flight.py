@@ -12,7 +12,7 @@ from msgspec import Meta, Struct
 from numpy.typing import NDArray
 from safetensors.numpy import save
 
-from touchdown.core import files, records
+from touchdown.core import files, notebook, records
 from touchdown.core.errors import UserError, one_line
 from touchdown.core.records import Count
 from touchdown.core.types import Outcome, Tensors
@@ -41,7 +41,7 @@ class Terrain(NamedTuple):
     helipad_y: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, weakref_slot=True)
 class Flight:
     """One episode of T steps."""
 
@@ -88,6 +88,21 @@ class Flight:
     def fuel(self) -> float:
         """Return points spent on engines; 0 in environments other than the lander."""
         return rules.fuel_of(self.actions) if rules.is_lander(self.env_id) else 0.0
+
+    @property
+    def facts(self) -> str:
+        """Who flew from where, and how it ended, in a line."""
+        return notebook.plain(
+            f"{self.policy}: {self.env_id} from start {self.seed}, {self.outcome}, "
+            f"return {self.episode_return:.1f}, {self.steps} steps"
+        )
+
+    def __repr__(self) -> str:
+        return f"<Flight {self.facts}>"
+
+    def _repr_html_(self) -> str | None:
+        """The film, for a notebook; None if `render`, which draws it, has not been loaded."""
+        return notebook.html_of(self)
 
 
 def save_flights(path: Path, flights: Sequence[Flight]) -> None:

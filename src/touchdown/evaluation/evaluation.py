@@ -7,9 +7,10 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta, Struct
 
-from touchdown.core import files, records
+from touchdown.core import files, notebook, records
 from touchdown.envs.custom import threshold_of
 from touchdown.evaluation.evaluator import NUM_ENVS, EpisodeResult, Evaluator, Observer
+from touchdown.evaluation.rows import points, summary_rows
 from touchdown.lander import rules
 from touchdown.policies.facts import WeightsFacts
 from touchdown.policies.named import NamedPolicy
@@ -35,6 +36,23 @@ class Evaluation:
             "summary": self.summary.to_json(),
             "episodes": [episode.to_json() for episode in self.episodes],
         }
+
+    def __repr__(self) -> str:
+        summary = self.summary
+        mean, sd = points(summary.mean_return, 1), points(summary.sd_return, 0)
+        text = f"{self.name}: {self.env_id}, return {mean} ± {sd} (n={len(self.episodes)})"
+        if summary.share_solved is not None:
+            text += f", {summary.share_solved:.0%} ≥ {summary.threshold:g}"
+        return f"<Evaluation {notebook.plain(text)}>"
+
+    def _repr_html_(self) -> str:
+        """The table, for a notebook."""
+        first, last = self.episodes[0].seed, self.episodes[-1].seed
+        count = len(self.episodes)
+        line = f"{self.env_id}, {count} greedy episodes from starts {first}-{last}"
+        rows = summary_rows(self.env_id, self.summary.threshold)
+        cells = [(name.strip(), cell(self.summary)) for name, cell in rows]
+        return notebook.facts_html(self.name, line, cells)
 
 
 class _EvaluationFile(Struct, frozen=True, rename={"evaluations": "pilots"}):

@@ -1,6 +1,6 @@
 """Evaluations as a table for a terminal, and as rows for a model card."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 
 from rich import box
 from rich.console import Group
@@ -8,7 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from touchdown.evaluation.evaluation import Evaluation, is_lander
-from touchdown.stats.summary import Summary
+from touchdown.evaluation.rows import summary_rows
 
 PAPER_MEANS = {
     "DQN": "< 100",
@@ -39,7 +39,7 @@ def evaluation_table(
     for evaluation in evaluations:
         table.add_column(evaluation.name, justify="right")
     summaries = [evaluation.summary for evaluation in evaluations]
-    for name, cell in _rows(first):
+    for name, cell in summary_rows(first.env_id, first.summary.threshold):
         table.add_row(name, *map(cell, summaries))
     if paper:
         table.add_section()
@@ -59,25 +59,6 @@ def evaluation_table(
 
 def evaluation_rows(evaluation: Evaluation) -> list[tuple[str, str]]:
     """The rows of the table for one policy: names and cells, in order."""
-    return [(name.strip(), cell(evaluation.summary)) for name, cell in _rows(evaluation)]
-
-
-def _points(value: float, decimals: int) -> str:
-    """A return; small ones have two decimals, for environments with a total reward of 1."""
-    return f"{value:.{2 if abs(value) < 2 else decimals}f}"
-
-
-def _rows(first: Evaluation) -> Iterator[tuple[str, Callable[[Summary], str]]]:
-    """Each row's name and the function that formats its cells."""
-    yield "return, mean ± sd", lambda s: f"{_points(s.mean_return, 1)} ± {_points(s.sd_return, 0)}"
-    yield "return, IQM", lambda s: _points(s.iqm.value, 1)
-    yield "  95% interval", lambda s: f"[{_points(s.iqm.low, 0)}, {_points(s.iqm.high, 0)}]"
-    yield "return, worst 5%", lambda s: _points(s.worst_5_percent, 1)
-    if first.summary.threshold is not None:
-        yield f"share ≥ {first.summary.threshold:g}", lambda s: f"{s.share_solved:.0%}"
-    if is_lander(first):
-        for outcome in ("landed", "crashed", "out of bounds", "timed out"):
-            yield outcome, lambda s, outcome=outcome: f"{s.outcomes.get(outcome, 0.0):.0%}"
-    yield "steps", lambda s: f"{s.steps:.0f}"
-    if is_lander(first):
-        yield "fuel", lambda s: f"{s.fuel:.1f}"
+    summary = evaluation.summary
+    rows = summary_rows(evaluation.env_id, summary.threshold)
+    return [(name.strip(), cell(summary)) for name, cell in rows]

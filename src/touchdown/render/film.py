@@ -73,7 +73,7 @@ def write_video(flights: Flight | Sequence[Flight], path: Path) -> None:
 
 
 def write_gif(
-    flights: Flight | Sequence[Flight], path: Path, fps: int = _GIF_FPS, scale: float = 1.0
+    flights: Flight | Sequence[Flight], path: Path, fps: float = _GIF_FPS, scale: float = 1.0
 ) -> None:
     """Write flights as an animated GIF that loops forever.
 
@@ -129,7 +129,7 @@ def write_mp4(flights: Flight | Sequence[Flight], path: Path, fps: int = _MP4_FP
     _write(path, lambda temporary: _encode(temporary, film, rate))
 
 
-def pictures(flight: Flight, fps: int = _GIF_FPS, scale: float = 1.0) -> Iterator[Picture]:
+def pictures(flight: Flight, fps: float = _GIF_FPS, scale: float = 1.0) -> Iterator[Picture]:
     """The pictures of a film of one flight, in real time; the last one is held.
 
     Args:
@@ -201,7 +201,7 @@ def _as_sequence(flights: Flight | Sequence[Flight]) -> Sequence[Flight]:
     return [flights] if isinstance(flights, Flight) else flights
 
 
-def _stride(flight: Flight, fps: int) -> int:
+def _stride(flight: Flight, fps: float) -> int:
     return max(1, round(flight.steps_per_second / fps))
 
 

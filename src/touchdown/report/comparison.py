@@ -33,7 +33,7 @@ def write_comparison(runs: Sequence[Run], out: Path) -> Path:
         UserError: a run is not finished, its files are broken, or something cannot be written.
     """
     if not runs:
-        raise UserError("names = (): must be at least one run")
+        raise UserError("runs: must be at least one run")
     for run in runs:
         if run.evaluation is None:
             raise UserError(

@@ -7,11 +7,13 @@ from typing import Any, Literal
 import msgspec
 
 from touchdown.config.config import Config
-from touchdown.core import records
-from touchdown.core.errors import UserError
+from touchdown.core import notebook, records
+from touchdown.core.errors import UserError, one_line
+from touchdown.core.progress import clock
 from touchdown.core.records import Count, Seconds
 from touchdown.evaluation import evaluation as evaluations
 from touchdown.evaluation.evaluation import Evaluation
+from touchdown.evaluation.rows import points, summary_rows
 from touchdown.policies.named import NamedPolicy
 from touchdown.policies.weights import load_weights
 from touchdown.runs import folder as folders
@@ -23,6 +25,8 @@ CURVE, FLIGHTS, POLICY = "learning-curve.png", "flights.png", "policy.png"
 GIF, MP4 = "landing.gif", "landing.mp4"
 PICTURES = (CURVE, FLIGHTS, POLICY, GIF, MP4)
 _DONE = CURVE  # the last file that a run writes
+_MOST_BYTES = 4_000_000  # of a picture in a notebook; a larger one is none that a run draws
+_CURVE_WIDTH = 600  # pixels
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +71,16 @@ class Run:
         """Whether the run is finished."""
         return "finished" if (self.path / _DONE).is_file() else "unfinished"
 
+    def __repr__(self) -> str:
+        return f"<Run {notebook.plain(f'{self.name}: {_in_short(self)}')}>"
+
+    def _repr_html_(self) -> str:
+        """The facts beside the learning curve, for a notebook."""
+        try:
+            return notebook.facts_html(self.name, _in_short(self), _facts(self), _curve(self))
+        except (OSError, UserError) as error:
+            return notebook.facts_html(self.name, f"broken: {one_line(error)}")
+
 
 def load_run(folder: RunFolder) -> NamedPolicy:
     """The best policy found so far in a run.
@@ -100,6 +114,53 @@ def evaluations_of(run: Run) -> list[Evaluation]:
     """
     path = run.folder.evaluation
     return evaluations.read_evaluations(path) if path.is_file() else []
+
+
+def _in_short(run: Run) -> str:
+    """The environment, how far the run is and its result, or what is broken."""
+    try:
+        env_id, status, evaluation = run.config.env_id, run.status, run.evaluation
+    except (OSError, UserError) as error:
+        return f"broken: {one_line(error)}"
+    if status == "unfinished":
+        return f"{env_id}, training not finished"
+    if evaluation is None:
+        return f"{env_id}, finished, not tested"
+    mean, count = points(evaluation.summary.mean_return, 1), len(evaluation.episodes)
+    return f"{env_id}, finished, test return {mean} (n={count})"
+
+
+def _facts(run: Run) -> list[tuple[str, str]]:
+    """What `show` prints, for a table.
+
+    Raises:
+        UserError: the run's files are broken.
+    """
+    facts = describe(run)
+    rows = [
+        ("preset", facts.preset),
+        ("training seed", str(facts.seed)),
+        ("training episodes", f"{facts.episodes:,}"),
+        ("environment steps", f"{facts.env_steps:,}"),
+        ("training time", clock(facts.seconds)),
+    ]
+    if facts.test is not None:
+        rows += [
+            (name, cell(facts.test))
+            for name, cell in summary_rows(facts.env_id, facts.test.threshold)
+            if not name.startswith(" ")
+        ]
+    return rows
+
+
+def _curve(run: Run) -> str:
+    """The learning curve as HTML; "" while there is none."""
+    path = run.path / CURVE
+    if not path.is_file() or path.stat().st_size > _MOST_BYTES:
+        return ""
+    return notebook.picture_html(
+        path.read_bytes(), "png", f"learning curve of {run.name}", width=_CURVE_WIDTH
+    )
 
 
 class RunFacts(msgspec.Struct, frozen=True, kw_only=True, rename={"env_steps": "observations"}):

@@ -9,8 +9,9 @@ from typing import Any
 from rich.console import Console
 
 from touchdown.config import presets, toml
-from touchdown.core import files, progress
+from touchdown.core import files
 from touchdown.core.errors import Interrupted, UserError
+from touchdown.core.progress import Counter, console_for, stop_on_signals
 from touchdown.figures import importance
 from touchdown.studies import store as stores
 from touchdown.studies.executors import Executor, LocalExecutor
@@ -49,6 +50,7 @@ def tune_agent(
     out: Path | str | None = None,
     executor: Executor | None = None,
     results_dir: Path | str = DEFAULT_RESULTS,
+    progress: bool | None = None,
     console: Console | None = None,
 ) -> TunedAgent:
     """Tune a preset's hyper-parameters with Optuna; the same call resumes a stopped search.
@@ -64,11 +66,13 @@ def tune_agent(
         seed: seed of the sampler.
         storage: Optuna storage, such as `postgresql://…` for many machines; None uses SQLite in the
             results folder.
-        out: TOML file for the best settings, with a plot of their importance in the same
-            folder; None writes neither.
-        executor: runs a trial's seeds; None uses worker processes on this machine.
-        results_dir: folder of the trials' runs.
-        console: where to show progress; None shows nothing.
+        out: TOML file for the best settings, with a plot of their importance beside it; None
+            writes neither.
+        executor: runs a trial's seeds; None takes worker processes on this machine.
+        results_dir: folder that holds the trials' runs.
+        progress: True shows progress and results, False shows nothing; None shows them in a
+            notebook and on a terminal.
+        console: where to show them; None takes the notebook's output or standard output.
 
     Raises:
         UserError: a number is out of range, Optuna is not installed, the storage cannot be
@@ -94,11 +98,11 @@ def tune_agent(
     store = stores.open_store(Path(results_dir), make=True)
     url = storage or search.storage_url(store)
     study = search.open_study(url, f"{preset}-{base.digest}-{seeds}", seed)
-    shown = console or Console(quiet=True)
+    shown = console_for(progress, console)
     try:
         with (
-            progress.counting(shown, f"tuning {preset}", trials) as count,
-            progress.stop_on_signals(shown) as stop,
+            Counter(shown, f"searching {preset}", trials) as count,
+            stop_on_signals(shown) as stop,
         ):
 
             def on_trial(number: int, best: float | None) -> None:

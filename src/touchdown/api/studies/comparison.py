@@ -5,27 +5,31 @@ from pathlib import Path
 
 from rich.console import Console
 
-from touchdown.core import progress
+from touchdown.api.runs import RunLike, find_run
+from touchdown.core.progress import Counter, console_for
 from touchdown.report.comparison import write_comparison
-from touchdown.runs import folder as folders
 from touchdown.runs.folder import DEFAULT_RUNS
 from touchdown.runs.run import Run
 
 
 def compare(
-    names: Sequence[str],
+    runs: Sequence[RunLike] | RunLike,
     *,
     out: Path | str = "comparison",
     runs_dir: Path | str = DEFAULT_RUNS,
+    progress: bool | None = None,
     console: Console | None = None,
 ) -> Path:
     """Write one page that compares runs; runs that differ only in their seed form one level.
 
     Args:
-        names: names of finished runs; the settings of the first are the baseline.
+        runs: finished runs, their names or their folders; the others are compared with the first
+            one's settings.
         out: folder for the page.
-        runs_dir: folder of the runs.
-        console: where to show progress; None shows nothing.
+        runs_dir: folder that holds the runs.
+        progress: True shows progress and results, False shows nothing; None shows them in a
+            notebook and on a terminal.
+        console: where to show them; None takes the notebook's output or standard output.
 
     Returns:
         The page.
@@ -33,9 +37,10 @@ def compare(
     Raises:
         UserError: there is no such run, one is not finished, or the page cannot be written.
     """
-    runs = [Run(folders.find(name, Path(runs_dir))) for name in names]
-    shown = console or Console(quiet=True)
-    with progress.counting(shown, "comparing", 1) as count:
-        page = write_comparison(runs, Path(out))
+    given = [runs] if isinstance(runs, str | Path | Run) else runs
+    found = [find_run(run, runs_dir) for run in given]
+    shown = console_for(progress, console)
+    with Counter(shown, "comparing", 1) as count:
+        page = write_comparison(found, Path(out))
         count()
     return page

@@ -6,8 +6,8 @@ from pathlib import Path
 from rich.console import Console
 
 from touchdown.api.studies.find import PAPER, AnyStudy, StudySelection, find_started
-from touchdown.core import progress
 from touchdown.core.errors import UserError
+from touchdown.core.progress import Counter, console_for
 from touchdown.report.output import Report
 from touchdown.report.paper_page import write_paper_report
 from touchdown.report.study_page import write_study_report
@@ -23,6 +23,7 @@ def study_report(
     seeds: int | None = None,
     out: Path | str | None = None,
     results_dir: Path | str = DEFAULT_RESULTS,
+    progress: bool | None = None,
     console: Console | None = None,
 ) -> Report:
     """Write a study's page: figures, verdicts on its claims, flights, tables.
@@ -36,7 +37,9 @@ def study_report(
         seeds: training seeds of each level; None takes the number last asked for.
         out: folder for the page; None makes one in the results folder, with links to the runs.
         results_dir: folder that holds the runs and reports of studies.
-        console: where to show progress; None shows nothing.
+        progress: True shows progress and results, False shows nothing; None shows them in a
+            notebook and on a terminal.
+        console: where to show them; None takes the notebook's output or standard output.
 
     Raises:
         UserError: there is no such folder or study, none of its runs is done, or the page cannot
@@ -57,9 +60,9 @@ def study_report(
     folder = Path(out) if out is not None else store.path / "reports" / selection.name
     command = f"{selection.command(store)} && {_report_command(selection, store, out)}"
     note = _note_on_flights(selection, store)
-    shown = console or Console(quiet=True)
+    shown = console_for(progress, console)
     sections = len(paper.topics(selection.scale)) if selection.name == PAPER else 1
-    with progress.counting(shown, f"writing the report of {selection.name}", sections) as count:
+    with Counter(shown, f"writing the report of {selection.name}", sections) as count:
 
         def on_step(_name: str) -> None:
             count()

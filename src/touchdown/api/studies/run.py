@@ -7,8 +7,9 @@ from rich.console import Console
 
 from touchdown.api import views
 from touchdown.api.studies.find import AnyStudy, StudySelection, find_study
-from touchdown.core import plugins, progress
+from touchdown.core import plugins
 from touchdown.core.errors import Interrupted, UserError
+from touchdown.core.progress import Counter, console_for, stop_on_signals
 from touchdown.studies import runner
 from touchdown.studies import store as stores
 from touchdown.studies.estimate import Estimate, estimate
@@ -26,6 +27,7 @@ def run_study(
     executor: Executor | None = None,
     results_dir: Path | str = DEFAULT_RESULTS,
     trust: bool = False,
+    progress: bool | None = None,
     console: Console | None = None,
 ) -> State:
     """Run a study; runs that are already done, in any study, are not repeated.
@@ -41,7 +43,9 @@ def run_study(
         results_dir: folder that holds the runs and reports of studies.
         trust: whether to import code that a study file names: an environment's module or an agent.
             What a `Study` made in Python names is imported without it.
-        console: where to show progress; None shows nothing.
+        progress: True shows progress and results, False shows nothing; None shows them in a
+            notebook and on a terminal.
+        console: where to show them; None takes the notebook's output or standard output.
 
     Returns:
         The final state, with the failed runs.
@@ -53,14 +57,14 @@ def run_study(
     """
     selection = find_study(study, scale=scale, seeds=seeds)
     _allow_code(study, selection, trust=trust)
-    shown = console or Console(quiet=True)
+    shown = console_for(progress, console)
     store = stores.open_store(Path(results_dir), make=True)
     selection = _note_started(selection, store)
     names = selection.job_names()
     try:
         with (
             views.StudyView(shown, selection.name, lambda digest: names[digest]) as view,
-            progress.stop_on_signals(shown) as stop,
+            stop_on_signals(shown) as stop,
         ):
             return runner.run_jobs(
                 selection.jobs,
@@ -110,6 +114,7 @@ def estimate_study(
     workers: int | None = None,
     results_dir: Path | str = DEFAULT_RESULTS,
     trust: bool = False,
+    progress: bool | None = None,
     console: Console | None = None,
 ) -> Estimate:
     """Estimate how long a study will take, from the speed of each kind of run on this machine.
@@ -124,7 +129,9 @@ def estimate_study(
         results_dir: folder that holds the runs of studies; it need not exist.
         trust: whether to import code that a study file names: an environment's module or an agent.
             What a `Study` made in Python names is imported without it.
-        console: where to show progress; None shows nothing.
+        progress: True shows progress and results, False shows nothing; None shows them in a
+            notebook and on a terminal.
+        console: where to show them; None takes the notebook's output or standard output.
 
     Raises:
         UserError: there is no such study, or its file is broken.
@@ -134,8 +141,8 @@ def estimate_study(
     count = LocalExecutor(workers).workers
     path = Path(results_dir)
     store = stores.open_store(path) if path.exists() else Store(path)
-    shown = console or Console(quiet=True)
-    with progress.counting(shown, "measuring the speed of runs", 1.0) as counter:
+    shown = console_for(progress, console)
+    with Counter(shown, "measuring the speed of runs", 1.0) as counter:
         return estimate(
             selection.train_jobs,
             selection.pid_jobs,

@@ -1,0 +1,76 @@
+"""Settings by their bare names, without their section: as flags and as keyword arguments."""
+
+import dataclasses
+import difflib
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from touchdown.config.config import Config
+from touchdown.config.sections import SECTIONS
+from touchdown.config.toml import present_name
+from touchdown.core.errors import UserError, one_line
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+_NOT_SETTINGS = {"preset"}  # a label: as a keyword it would rename the settings, not choose them
+
+
+def bare_names(kind: "type[DataclassInstance]") -> Iterator[str]:
+    """The names of a dataclass's fields in order; a section's fields stand in the section's place.
+
+    Args:
+        kind: `Config`, or the flags of a command.
+    """
+    for item in dataclasses.fields(kind):
+        inner = dataclasses.fields(SECTIONS[item.name]) if item.name in SECTIONS else (item,)
+        yield from (each.name for each in inner)
+
+
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """The known name that a misspelt one is most like; None if it is like none of them."""
+    return next(iter(difflib.get_close_matches(name, list(known), n=1)), None)
+
+
+def with_settings(config: Config, settings: Mapping[str, Any]) -> Config:
+    """A config with some settings replaced, which are named as on the command line.
+
+    Args:
+        config: to start from.
+        settings: values by bare name, such as `learning_rate`; also whole sections, such as
+            `network`, which are replaced first.
+
+    Raises:
+        UserError: an unknown name, or a value that is refused.
+    """
+    section_of = {
+        item.name: section
+        for section, kind in SECTIONS.items()
+        for item in dataclasses.fields(kind)
+    }
+    known = set(bare_names(Config)) - _NOT_SETTINGS
+    changed: dict[str, Any] = {}
+    inner: dict[str, dict[str, Any]] = {}
+    for given, value in settings.items():
+        name = present_name(given)
+        if name in section_of:
+            inner.setdefault(section_of[name], {})[name] = value
+        elif name in known or name in SECTIONS:
+            changed[name] = value
+        else:
+            raise UserError(f"{given}: unknown setting; {_hint(given, value, known)}")
+    try:
+        for section, changes in inner.items():
+            whole = changed.get(section, getattr(config, section))
+            if isinstance(whole, SECTIONS[section]):  # anything else is refused by the config
+                changed[section] = dataclasses.replace(whole, **changes)
+        return dataclasses.replace(config, **changed)
+    except ValueError as error:
+        raise UserError(one_line(error)) from None
+
+
+def _hint(given: str, value: object, known: Iterable[str]) -> str:
+    if given in _NOT_SETTINGS:
+        return f"a preset is the first argument: touchdown.train({value!r})"
+    near = nearest(given, known)
+    return f"did you mean {near}?" if near else "`touchdown train --help` lists them"

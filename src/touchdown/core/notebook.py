@@ -1,0 +1,185 @@
+"""What a notebook shows: a console, live views that are drawn over, and values as HTML."""
+
+import base64
+import html
+import io
+import sys
+import time
+from collections.abc import Iterable
+from functools import singledispatch
+from typing import Any
+
+from rich.console import Console, RenderableType
+from rich.terminal_theme import TerminalTheme
+from rich.theme import Theme
+
+_WIDTH = 100  # characters of a line
+_GREY = (128, 128, 128)
+# A notebook is light or dark and does not tell: text without a style has the page's own colour, dim
+# text is grey, and bars have colours that are seen on both.
+_COLOURS = TerminalTheme(_GREY, _GREY, [_GREY] * 8)
+_STYLES = Theme(
+    {
+        "bar.back": "#757575",
+        "bar.complete": "#1e88e5",
+        "bar.finished": "#43a047",
+        "bar.pulse": "#1e88e5",
+        "progress.download": "none",
+        "progress.percentage": "none",
+        "progress.remaining": "dim",
+    }
+)
+_FRAME = (
+    '<pre style="white-space:pre;overflow-x:auto;line-height:normal;margin:0;'
+    "font-family:Menlo,'DejaVu Sans Mono',consolas,monospace\">{code}</pre>"
+)
+
+
+def in_notebook() -> bool:
+    """Whether this process is the kernel of a notebook."""
+    ipython = sys.modules.get("IPython")  # a kernel has loaded it; nothing else needs it
+    shell = None if ipython is None else ipython.get_ipython()
+    return getattr(shell, "kernel", None) is not None
+
+
+def make_console() -> Console:
+    """A console that prints into the output of the notebook's running cell."""
+    return Console(force_jupyter=True, width=_WIDTH, highlight=False)
+
+
+class Live:
+    """A view in the output of a cell that each update draws over.
+
+    rich's own `Live` needs ipywidgets here, whose output a saved notebook does not hold. This one
+    replaces what it displayed before, so that a saved notebook has the last state and no other.
+
+    Args:
+        refresh_per_second: updates that come faster than this are not drawn, the last one is.
+        transient: whether to leave nothing at the end.
+    """
+
+    def __init__(self, *, refresh_per_second: float, transient: bool = False) -> None:
+        self._seconds = 1 / refresh_per_second
+        self._transient = transient
+        self._handle: Any = None
+        self._drawn = 0.0
+        self._waiting: RenderableType | None = None
+
+    @property
+    def is_started(self) -> bool:
+        """Whether it has a place in a cell's output."""
+        return self._handle is not None
+
+    def start(self) -> None:
+        """Take a place in the running cell's output."""
+        self._handle = sys.modules["IPython"].display.display(_blank(), raw=True, display_id=True)
+
+    def update(self, renderable: RenderableType) -> None:
+        """Show something in place of what was shown before."""
+        self._waiting = renderable
+        if self.is_started and time.monotonic() - self._drawn >= self._seconds:
+            self._draw()
+
+    def stop(self) -> None:
+        """Draw the last update, or nothing if the view is transient, and leave it there."""
+        if self._transient:
+            self._handle.update(_blank(), raw=True)
+        else:
+            self._draw()
+        self._handle = None
+
+    def _draw(self) -> None:
+        if self._waiting is not None:
+            self._handle.update(_drawn(self._waiting), raw=True)
+            self._waiting = None
+            self._drawn = time.monotonic()
+
+
+def _blank() -> dict[str, str]:
+    return {"text/html": "", "text/plain": ""}
+
+
+def _drawn(renderable: RenderableType) -> dict[str, str]:
+    """What a terminal would show, as HTML and as text."""
+    page = Console(
+        record=True,
+        file=io.StringIO(),
+        force_terminal=True,
+        force_jupyter=False,
+        color_system="truecolor",
+        width=_WIDTH,
+        theme=_STYLES,
+    )
+    page.print(renderable)
+    return {
+        "text/html": page.export_html(
+            theme=_COLOURS, code_format=_FRAME, inline_styles=True, clear=False
+        ),
+        "text/plain": page.export_text(),
+    }
+
+
+@singledispatch
+def html_of(value: object) -> str | None:  # noqa: ARG001 - the signature of those that are added
+    """A value as HTML.
+
+    Packages above a value's own register how it is drawn, because it must not know them; until such
+    a package is loaded this is None, which leaves a notebook with the value's repr.
+    """
+    return None
+
+
+def plain(text: str) -> str:
+    """A text from a file as one printable line: what cannot be printed is escaped."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+
+
+def facts_html(
+    title: str, line: str, facts: Iterable[tuple[str, str]] = (), picture: str = ""
+) -> str:
+    """A title and a line over a table of facts, with a picture beside it if there is room.
+
+    Args:
+        title: in bold; escaped.
+        line: after the title; escaped.
+        facts: names and values; escaped.
+        picture: HTML of `picture_html`.
+    """
+    rows = "".join(
+        f'<tr><td style="text-align:left">{html.escape(name)}</td>'
+        f'<td style="text-align:right;white-space:nowrap">{html.escape(value)}</td></tr>'
+        for name, value in facts
+    )
+    table = f'<table style="margin:0">{rows}</table>' if rows else ""
+    return (
+        f"<div><div><strong>{html.escape(title)}</strong>: {html.escape(line)}</div>"
+        '<div style="display:flex;flex-wrap:wrap;gap:1em;align-items:flex-start;margin-top:.5em">'
+        f"{table}{picture}</div></div>"
+    )
+
+
+def figure_html(picture: str, caption: str) -> str:
+    """A picture with a caption under it.
+
+    Args:
+        picture: HTML of `picture_html`.
+        caption: escaped.
+    """
+    text = f"<figcaption>{html.escape(caption)}</figcaption>"
+    return f'<figure style="margin:0">{picture}{text}</figure>'
+
+
+def picture_html(data: bytes, kind: str, description: str, *, width: int) -> str:
+    """A picture inside the page itself.
+
+    Args:
+        data: the file's bytes.
+        kind: of the picture, such as `png`.
+        description: what it shows, for readers who cannot see it; escaped.
+        width: in pixels; less on a narrow page.
+    """
+    source = f"data:image/{kind};base64,{base64.b64encode(data).decode()}"
+    return (
+        f'<img src="{source}" alt="{html.escape(description)}" '
+        f'style="width:{width}px;max-width:100%;height:auto;border-radius:4px">'
+    )
