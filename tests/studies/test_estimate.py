@@ -61,7 +61,7 @@ def test_a_tuning_takes_its_trials_and_gains_by_hand_one(store, monkeypatch):
         (done / file).write_text("{}")
     found = estimate([], tunings, store, 2)
     assert found == Estimate(0, 3, env_steps=0, seconds=(20 + 1 + 20) * 0.5 / 2, measured=0)
-    assert str(found).startswith("3 tunings of the PID are missing: about 1 min here")
+    assert str(found).startswith("3 PID tunings are missing: about 1 min here")
 
 
 def test_one_trial_of_a_tuning_is_timed_by_flying_it():
@@ -87,7 +87,7 @@ def test_records_alone_are_counted_and_nothing_is_trained_for_them(store):
 def test_a_long_study_is_told_in_hours():
     assert "about 2 h 5 min here" in str(Estimate(3, 0, 2_000_000, 7_500.0, 1))
     assert str(Estimate(3, 4, 2_000_000, 7.0, 1)).startswith(
-        "3 runs of 2.0 million env steps and 4 tunings of the PID are missing: about 1 min here"
+        "3 runs of 2.0 million env steps and 4 PID tunings are missing: about 1 min here"
     )
 
 
