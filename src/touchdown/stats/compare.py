@@ -4,13 +4,11 @@ import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any, Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import stats
-from statsmodels.stats import multitest
-from statsmodels.stats.power import TTestIndPower, TTestPower
 
 from touchdown.core.types import FloatArray
 from touchdown.stats.seeds import checked, mean_interval, standard_error
@@ -47,7 +45,7 @@ class Comparison:
         Args:
             alpha: significance level.
         """
-        return _seeds_for(TTestIndPower(), self.effect, alpha)
+        return _seeds_for(self.effect, alpha, samples=2)
 
 
 def compare(base: ArrayLike, other: ArrayLike, seed: int = 0) -> Comparison:
@@ -102,12 +100,15 @@ def _improvement(base: FloatArray, other: FloatArray, seed: int) -> Interval:
     return Interval(value, float(low), float(high))
 
 
-def _seeds_for(test: Any, effect: float, alpha: float) -> int | None:
+def _seeds_for(effect: float, alpha: float, *, samples: Literal[1, 2]) -> int | None:
     """Seeds per side for `POWER` at alpha; None without an effect, or above `MOST_SEEDS_NEEDED`."""
+    from statsmodels.stats import power  # noqa: PLC0415 - loads pandas, a second
+
     if math.isinf(effect):
         return 2
     if abs(effect) < _NOTHING:
         return None
+    test: Any = power.TTestPower() if samples == 1 else power.TTestIndPower()
     if test.power(effect, MOST_SEEDS_NEEDED, alpha) < POWER:
         return None
     counts = np.arange(2, MOST_SEEDS_NEEDED + 1)
@@ -123,6 +124,8 @@ def holm(p_values: Sequence[float]) -> list[float]:
     """
     if not p_values:
         return []
+    from statsmodels.stats import multitest  # noqa: PLC0415 - loads pandas, a second
+
     adjust = cast(Any, multitest).multipletests
     return [float(p) for p in adjust(list(p_values), alpha=ALPHA, method="holm")[1]]
 
@@ -220,7 +223,7 @@ class Margin:
         Args:
             alpha: significance level of the two-sided test.
         """
-        return _seeds_for(TTestPower(), self.effect, alpha)
+        return _seeds_for(self.effect, alpha, samples=1)
 
 
 def margin(values: ArrayLike, threshold: float) -> Margin:
