@@ -74,6 +74,8 @@ def test_two_functions_without_a_name_of_their_own_are_told_apart():
 @pytest.mark.parametrize(
     ("name", "text", "said"),
     [
+        ("m:test.<locals>.make", "", "is a local function or an object of another process; pass"),
+        ("m:Chain()2", "", "is a local function or an object of another process; pass it again"),
         ("a:b:c", "", "must be of the form package.module:Name"),
         (":Name", "", "must be of the form package.module:Name"),
         ("not here:Name", "", "must be of the form package.module:Name"),

@@ -91,6 +91,11 @@ def module_of(name: str, where: str) -> Any:
     Raises:
         UserError: it is not allowed, or cannot be imported.
     """
+    if "<" in name or "()" in name:
+        raise UserError(
+            f"{where} = {name!r}: is a local function or an object of another process; pass it "
+            "again, in Python"
+        )
     if not _NAME.fullmatch(name):
         raise UserError(f"{where} = {name!r}: must be of the form package.module:Name")
     check_allowed(name, where)
