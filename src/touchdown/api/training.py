@@ -144,7 +144,7 @@ def _named(settings: dict[str, Any]) -> dict[str, Any]:
         named["env_id"] = custom.name_of(named["env_id"])
     agent = named.get("algorithm")
     if isinstance(agent, str):
-        plugins.allow(agent)
+        plugins.write(agent)
     elif agent is not None:
         named["algorithm"] = plugins.give(agent)
     return named
@@ -154,13 +154,23 @@ def _hand_over(env: EnvLike | None, agent: type[Agent] | str | None, config: Con
     """Let a run's environment and agent be found by the names in its config.
 
     Raises:
-        UserError: a name is not the run's.
+        UserError: the run has another environment or agent, or one that has to be passed again.
     """
-    if env is not None and custom.name_of(env, config.env_id) != config.env_id:
-        raise UserError(f"env = {env!r}: the run's environment is {config.env_id!r}")
-    if isinstance(agent, str):
-        plugins.allow(agent)
-        if agent != config.algorithm:
-            raise UserError(f"agent = {agent!r}: the run's agent is {config.algorithm!r}")
-    elif agent is not None:
+    for field, given, name in (("env", env, config.env_id), ("agent", agent, config.algorithm)):
+        what = "environment" if field == "env" else "agent"
+        if given is None and plugins.is_local(name):
+            raise UserError(
+                f"{field} = None: the run's {what} is {name!r}, a local function or an object; "
+                f"pass it again: {field}=..."
+            )
+        if isinstance(given, str):
+            plugins.write(given)
+            same = given == name
+        else:
+            same = given is None or plugins.is_plugin(name)
+        if not same:
+            raise UserError(f"{field} = {given!r}: the run's {what} is {name!r}")
+    if env is not None and not isinstance(env, str):
+        custom.name_of(env, config.env_id)
+    if agent is not None and not isinstance(agent, str):
         plugins.give(agent, config.algorithm)

@@ -102,6 +102,7 @@ def options_of(words: Sequence[str]) -> dict[str, bool | int | float | str]:
         if name in options:
             raise UserError(f"--options {word!r}: {name} is given twice")
         try:
+            text = {"True": "true", "False": "false"}.get(text, text)
             options[name] = tomllib.loads(f"value = {text}")["value"]
         except tomllib.TOMLDecodeError:
             options[name] = text

@@ -138,11 +138,18 @@ class Train:
             )
             return
         pilot = presets.preset("pilot")
-        # these may name the run's own code, which is imported only if they do
+        # these may name the run's own code
         given = replace(self.settings(), env_id=pilot.env_id, algorithm=pilot.algorithm)
         if given != pilot or self.config or self.name:
             raise UserError(
                 f"resume {self.resume!r}: a run resumes with its own settings; "
                 "leave out the preset and the other flags"
             )
-        training.resume(self.resume, runs_dir=self.runs_dir, logger=self.logger, console=console)
+        training.resume(
+            self.resume,
+            env=None if self.env_id == pilot.env_id else self.env_id,
+            agent=None if self.algorithm == pilot.algorithm else self.algorithm,
+            runs_dir=self.runs_dir,
+            logger=self.logger,
+            console=console,
+        )

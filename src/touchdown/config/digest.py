@@ -71,8 +71,16 @@ def _hashed(section: Any, name: str) -> dict[str, Any]:
                 values[each] = nested
         elif value != _default_of(fields[each]):
             is_table = isinstance(value, dict)
-            values[each] = dict(sorted(cast(dict[str, Any], value).items())) if is_table else value
+            values[each] = _table(cast(dict[str, Any], value)) if is_table else value
     return _in_order(values, always, former)
+
+
+def _table(values: dict[str, Any]) -> dict[str, Any]:
+    """A table by name, with 1.0 as 1, which are equal settings."""
+    return {
+        name: int(value) if isinstance(value, float) and value.is_integer() else value
+        for name, value in sorted(values.items())
+    }
 
 
 def _in_order(

@@ -3,11 +3,11 @@
 import dataclasses
 import difflib
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from touchdown.config.config import Config
 from touchdown.config.sections import SECTIONS
-from touchdown.config.toml import present_name
+from touchdown.config.toml import present_name, to_dict
 from touchdown.core.errors import UserError, one_line
 
 if TYPE_CHECKING:
@@ -25,6 +25,18 @@ def bare_names(kind: "type[DataclassInstance]") -> Iterator[str]:
     for item in dataclasses.fields(kind):
         inner = dataclasses.fields(SECTIONS[item.name]) if item.name in SECTIONS else (item,)
         yield from (each.name for each in inner)
+
+
+def flat(config: Config) -> dict[str, Any]:
+    """All settings by section and name, such as `learning.gamma` and `options.alpha`."""
+    values: dict[str, Any] = {}
+    for name, value in to_dict(config).items():
+        if isinstance(value, dict):
+            section = cast(dict[str, Any], value)
+            values |= {f"{name}.{inner}": of for inner, of in section.items()}
+        else:
+            values[name] = value
+    return values
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:

@@ -1,9 +1,9 @@
 """The ladder: which rung each rung builds on, and what it changes."""
 
-import dataclasses
 from typing import Any
 
 from touchdown.config.config import Config
+from touchdown.config.fields import flat
 from touchdown.config.presets import preset
 
 BUILDS_ON = {
@@ -48,12 +48,7 @@ def changes(rung: str) -> dict[str, Any]:
 
 
 def _fields(config: Config) -> dict[str, Any]:
-    """All settings by their name; the label `preset` is none."""
-    found: dict[str, Any] = {}
-    for field in dataclasses.fields(config):
-        value = getattr(config, field.name)
-        if dataclasses.is_dataclass(value):
-            found |= {each.name: getattr(value, each.name) for each in dataclasses.fields(value)}
-        elif field.name != "preset":
-            found[field.name] = value
-    return found
+    """All settings by their bare name, without the label `preset`."""
+    values = {name.rpartition(".")[2]: value for name, value in flat(config).items()}
+    del values["preset"]
+    return values

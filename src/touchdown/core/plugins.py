@@ -14,11 +14,11 @@ from collections.abc import Generator
 from contextvars import ContextVar
 from functools import reduce
 from itertools import count
-from typing import Any
+from typing import Any, cast
 
 from touchdown.core.errors import UserError, one_line
 
-_NAME = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^:]+")
+_NAME = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[\w./-]+")
 _named: set[str] = set()
 _given: dict[str, Any] = {}
 _trusting: ContextVar[bool] = ContextVar("trusting", default=False)
@@ -30,8 +30,18 @@ def is_plugin(name: str) -> bool:
 
 
 def allow(*names: str) -> None:
-    """Let names be imported from now on: the user wrote them in a call or on the command line."""
+    """Let names be imported from now on."""
     _named.update(filter(is_plugin, names))
+
+
+def write(name: str) -> None:
+    """Let a name be imported from now on, because the user wrote it in a call.
+
+    It then means the importable class or function, also if another was handed over in its place.
+    """
+    allow(name)
+    if _NAME.fullmatch(name):
+        _given.pop(name, None)
 
 
 def give(value: Any, name: str = "") -> str:
@@ -43,8 +53,10 @@ def give(value: Any, name: str = "") -> str:
             function, or without a name, gets a number, because another may have the same name.
     """
     if not name:
-        name = f"{value.__module__}:{value.__qualname__}"
-        if "<" in name:
+        kind = cast(type[Any], type(value))
+        module = getattr(value, "__module__", kind.__module__)
+        name = f"{module}:{getattr(value, '__qualname__', f'{kind.__qualname__}()')}"
+        if is_local(name):
             same = (f"{name}{number}" for number in count(1))
             name = next(each for each in same if _given.get(each, value) is value)
     _given[name] = value
@@ -62,22 +74,34 @@ def trusting(*, everything: bool) -> Generator[None]:
         _trusting.reset(token)
 
 
-def check_allowed(name: str, where: str, *, has_flag: bool = True) -> None:
+def is_local(name: str) -> bool:
+    """Whether a name is that of a local function or an object, which no other process can find."""
+    return "<" in name or "()" in name
+
+
+def check_allowed(name: str, where: str) -> None:
     """Refuse a name that only a file names.
 
     Args:
         name: `module:Name`.
         where: the field that has it, such as `env_id`.
-        has_flag: whether the user may name it with a flag of the field's name.
 
     Raises:
-        UserError: the user did not name it, and said nothing of trust.
+        UserError: the user did not name it and did not pass trust, or it is malformed.
     """
-    if name not in _named and not _trusting.get():
-        flag = f"pass --{where.replace('_', '-')} {name} or " if has_flag else "pass "
+    if name in _given:
+        return
+    if is_local(name):
         raise UserError(
-            f"{where} = {name!r}: names code that would be imported; if you trust it, {flag}"
-            "--trust (in Python: trust=True)"
+            f"{where} = {name!r}: is a local function or an object, which only the process that "
+            "made it can find; resume the run in Python and pass it again"
+        )
+    if not _NAME.fullmatch(name):
+        raise UserError(f"{where} = {name!r}: must be of the form package.module:Name")
+    if name not in _named and not _trusting.get():
+        raise UserError(
+            f"{where} = {name!r}: names code that would be imported; if you trust it, pass --trust "
+            "(in Python: trust=True)"
         )
 
 
@@ -91,13 +115,6 @@ def module_of(name: str, where: str) -> Any:
     Raises:
         UserError: it is not allowed, or cannot be imported.
     """
-    if "<" in name or "()" in name:
-        raise UserError(
-            f"{where} = {name!r}: is a local function or an object of another process; pass it "
-            "again, in Python"
-        )
-    if not _NAME.fullmatch(name):
-        raise UserError(f"{where} = {name!r}: must be of the form package.module:Name")
     check_allowed(name, where)
     module = name.partition(":")[0]
     here = os.getcwd()  # noqa: PTH109 - as Python has it in sys.path

@@ -46,14 +46,14 @@ def name_of(env: EnvLike, name: str = "") -> str:
 
     Args:
         env: an id, an environment, or a function or class that makes one. An environment is copied
-            for each place in a pool, or made again from its spec if it cannot be copied.
+            as it is now, or made again from its spec if it cannot be copied.
         name: the id to give it; "" takes one from where it was defined.
 
     Raises:
         UserError: it is something else, or can neither be copied nor made again.
     """
     if isinstance(env, str):
-        plugins.allow(env)
+        plugins.write(env)
         return env
     if isinstance(env, gymnasium.Env):
         return _name_of_object(cast(Env, env), name)
@@ -76,7 +76,7 @@ def threshold_of(env_id: str) -> float | None:
     return None if threshold is None else float(threshold)
 
 
-_objects: dict[str, Env] = {}  # that the user handed over, by name
+_objects: dict[str, tuple[Env, Env]] = {}  # that the user handed over, by name, and as they were
 _specs: dict[str, Any] = {}  # of environments that are not in Gymnasium's registry, once made
 
 
@@ -97,8 +97,7 @@ def _maker_of(env_id: str) -> str | Callable[..., Env]:
 
 
 def _made(maker: Callable[..., Env], env_id: str, render_mode: str | None) -> Env:
-    takes = _parameters_of(maker)
-    arguments = {"render_mode": render_mode} if render_mode and "render_mode" in takes else {}
+    arguments = {"render_mode": render_mode} if render_mode and _takes_mode(maker) else {}
     try:
         env = maker(**arguments)
     except Exception as error:  # a user's code may raise anything
@@ -111,11 +110,13 @@ def _made(maker: Callable[..., Env], env_id: str, render_mode: str | None) -> En
     return env
 
 
-def _parameters_of(maker: Callable[..., Env]) -> set[str]:
+def _takes_mode(maker: Callable[..., Env]) -> bool:
     try:
-        return set(inspect.signature(maker).parameters)
+        parameters = inspect.signature(maker).parameters
     except (TypeError, ValueError):
-        return set()
+        return False
+    any_name = any(each.kind is each.VAR_KEYWORD for each in parameters.values())
+    return any_name or "render_mode" in parameters
 
 
 def _name_of_object(env: Env, name: str) -> str:
@@ -123,28 +124,32 @@ def _name_of_object(env: Env, name: str) -> str:
     if spec is not None and _is_stock(env):
         return spec.id
     try:
-        lost = _lost_in(copy.deepcopy(env), env)
+        snapshot = copy.deepcopy(env)
     except Exception as error:  # a user's code may raise anything
         if spec is None:
             raise UserError(
                 f"env = {env!r}: cannot be copied ({one_line(error)}); give a function that makes "
                 "one: env=lambda: ..."
             ) from error
-        return plugins.give(lambda: gymnasium.make(spec), name or _object_name(env))
+        return plugins.give(lambda: gymnasium.make(spec), name or _object_name(env, env))
+    lost = _lost_in(snapshot, env)
     if lost:
         raise UserError(
             f"env = {env!r}: a copy of it loses what was set after it was made ({lost}); give a "
             "function that makes one: env=lambda: ..."
         )
-    return plugins.give(lambda: copy.deepcopy(env), name or _object_name(env))
+    return plugins.give(lambda: copy.deepcopy(snapshot), name or _object_name(env, snapshot))
 
 
 def _is_stock(env: Env) -> bool:
-    """Whether an environment is just as `gymnasium.make` makes it, without arguments."""
-    spec = env.spec
-    if spec is None or spec != registry.get(spec.id):
+    """Whether an environment is just as `gymnasium.make` makes it, however it is rendered."""
+    if env.spec is None or env.spec.id not in registry:
         return False
-    fresh = gymnasium.make(spec.id)
+    plain = copy.deepcopy(env.spec)
+    plain.kwargs.pop("render_mode", None)
+    if plain != registry[plain.id]:
+        return False
+    fresh = gymnasium.make(plain.id)
     fresh.close()
     return not _lost_in(fresh, env)
 
@@ -159,15 +164,22 @@ def _lost_in(other: Env, env: Env) -> str:
     return ", ".join(
         f"{name} = {value!r}"
         for name, value in mine.items()
-        if isinstance(value, bool | int | float | str) and value != theirs.get(name)
+        if name != "render_mode"
+        and isinstance(value, bool | int | float | str)
+        and value != theirs.get(name)
     )
 
 
-def _object_name(env: Env) -> str:
-    """`module:Class()`: not to be found by import, as another process does not have the object."""
+def _object_name(env: Env, snapshot: Env) -> str:
+    """`module:Class()`: not to be found by import, as another process does not have the object.
+
+    The same object has the same name, unless it was changed in between.
+    """
     kind = type(env.unwrapped)
     name = f"{kind.__module__}:{kind.__qualname__}()"
     names = (name if number == 1 else f"{name}{number}" for number in count(1))
-    free = next(each for each in names if _objects.get(each, env) is env)
-    _objects[free] = env
-    return free
+    for each in names:
+        known = _objects.setdefault(each, (env, snapshot))
+        if known[0] is env and not _lost_in(known[1], snapshot):
+            return each
+    raise AssertionError  # the numbers do not end

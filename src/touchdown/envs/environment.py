@@ -50,8 +50,8 @@ def make_env(
             env = _exact_lander(render_mode)
         else:
             env = custom.make(env_id, render_mode)
-    if env.spec is not None and env.spec.max_episode_steps is None:
-        env = TimeLimit(env, MAX_EPISODE_STEPS)
+            if env.spec is None or env.spec.max_episode_steps is None:
+                env = TimeLimit(env, MAX_EPISODE_STEPS)
     num_states = None
     if isinstance(env.observation_space, spaces.Discrete):
         num_states = int(env.observation_space.n)

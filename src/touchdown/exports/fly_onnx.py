@@ -1,6 +1,6 @@
 """Fly the ONNX model in this folder on stock Gymnasium; touchdown is not needed.
 
-pip install onnxruntime "gymnasium[box2d]", then: python fly_onnx.py [MODEL.onnx]
+pip install onnxruntime "gymnasium[box2d]", then: python fly_onnx.py [MODEL.onnx [ENV_ID]]
 """
 
 import sys
@@ -12,7 +12,11 @@ import onnxruntime
 
 beside = Path(__file__).parent.glob("*.onnx")
 session = onnxruntime.InferenceSession(sys.argv[1] if sys.argv[1:] else next(beside))
-env = gymnasium.make(session.get_modelmeta().custom_metadata_map["env_id"])
+env_id = session.get_modelmeta().custom_metadata_map["env_id"]
+if ":" in env_id and not sys.argv[2:]:
+    sys.exit(f"the model names the environment {env_id}, whose module would be imported: if you "
+             "trust it, give its id after the model")  # fmt: skip
+env = gymnasium.make(sys.argv[2] if sys.argv[2:] else env_id)
 
 for seed in range(5):
     observation, _ = env.reset(seed=seed)

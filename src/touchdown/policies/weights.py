@@ -15,7 +15,7 @@ from touchdown.agents.states import states_of
 from touchdown.config import toml
 from touchdown.config.config import Config
 from touchdown.config.sections import NetworkConfig, TableConfig
-from touchdown.core import files, records
+from touchdown.core import files, plugins, records
 from touchdown.core.errors import UserError, one_line
 from touchdown.core.seeding import streams
 from touchdown.core.types import Described, FloatArray, Policy, Spaces, Tensors
@@ -133,6 +133,11 @@ def read_weights(path: Path) -> Weights:
 def _read_with_agent(tensors: Tensors, text: str, path: Path) -> Weights:
     """The policy that an agent of the user's makes of its weights."""
     config = toml.from_values(toml.parse(text, path), Config(), path)
+    if not plugins.is_plugin(config.algorithm):
+        raise UserError(
+            f"{path}: algorithm = {config.algorithm!r}: must be an agent of your own where the "
+            "file describes neither a network nor a table"
+        )
     spaces = environment.spaces_of(config.env_id)
     agent = registry.make_agent(config, spaces, streams(config.seed))
     try:

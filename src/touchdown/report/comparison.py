@@ -7,6 +7,7 @@ from typing import Any
 
 from touchdown.config import toml
 from touchdown.config.config import Config
+from touchdown.config.fields import flat
 from touchdown.core.errors import UserError
 from touchdown.report.builder import Builder
 from touchdown.report.output import PAGE
@@ -17,6 +18,8 @@ from touchdown.studies.plan import Factor, Level, Study
 from touchdown.studies.results import StudyResults, read_run
 
 _SHOWN = 4  # differing settings in a level's name
+
+_NONE = "–"  # a setting that a run does not have
 
 
 def write_comparison(runs: Sequence[Run], out: Path) -> Path:
@@ -78,23 +81,15 @@ def _settings_of(config: Config) -> dict[str, Any]:
 
 def _differing(runs: Sequence[Run]) -> dict[str, list[Any]]:
     """The settings in which runs differ, by dotted name."""
-    flat = [_flat(run.config) for run in runs]
-    names = [name for name in flat[0] if name not in ("seed", "preset")]
+    settings = [flat(run.config) for run in runs]
+    # an agent's options need not be the same for all
+    names = dict.fromkeys(name for each in settings for name in each)
+    values = {name: [each.get(name, _NONE) for each in settings] for name in names}
     return {
-        name: [each[name] for each in flat]
-        for name in names
-        if any(each[name] != flat[0][name] for each in flat)
+        name: of
+        for name, of in values.items()
+        if name not in ("seed", "preset") and any(value != of[0] for value in of)
     }
-
-
-def _flat(config: Config) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for name, value in toml.to_dict(config).items():
-        if isinstance(value, dict):
-            found |= {f"{name}.{inner}": each for inner, each in value.items()}  # pyright: ignore[reportUnknownVariableType]
-        else:
-            found[name] = value
-    return found
 
 
 def _labels(runs: Sequence[Run]) -> list[str]:

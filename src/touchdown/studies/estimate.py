@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from touchdown.config.config import Config
-from touchdown.core import device, records, threads
+from touchdown.core import device, plugins, records, threads
 from touchdown.core.errors import Interrupted, UserError
 from touchdown.core.starts import VALIDATION_STARTS
 from touchdown.evaluation.evaluator import Evaluator
@@ -46,6 +46,7 @@ class Kind(NamedTuple):
     update_period: int
     num_envs: int
     prioritized: bool
+    options: tuple[tuple[str, object], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +108,7 @@ def kind_of(config: Config) -> Kind:
         learning.update_period,
         config.training.num_envs,
         config.replay.prioritized,
+        tuple(sorted(config.options.items())),
     )
 
 
@@ -225,6 +227,7 @@ def _measure_all(configs: Sequence[Config], workers: int) -> Iterator[_Pace]:
 def _measure(config: Config) -> _Pace:
     """The pace of one kind of run after its updates have begun."""
     device.use_default()
+    plugins.allow(config.env_id, config.algorithm)  # checked where the estimate was asked for
     training = dataclasses.replace(
         config.training, max_env_steps=0, episodes=1_000_000, validation_period=10**9
     )

@@ -170,6 +170,8 @@ class Study:
     """The first sentence of its page."""
     claims: Sequence[Claim] = ()
     """What is claimed, before the numbers are known; each gets a verdict."""
+    from_file: bool = field(default=False, repr=False, compare=False)
+    """Whether it was read from a file. Code that it names is then not imported without trust."""
 
     def __post_init__(self) -> None:
         _check_types(self, name=str, seeds=int, base_level=str, first_seed=int, metric=str)

@@ -89,6 +89,7 @@ def from_toml(path: Path) -> Study:
             changes=file.config,
             factors=tuple(map(_factor_from, file.factor)),
             claims=tuple(_claim_from(i, table) for i, table in enumerate(file.claim, start=1)),
+            from_file=True,
         )
     except UserError as error:
         raise UserError(f"{path}: {one_line(error)}") from None

@@ -42,7 +42,7 @@ class Listeners:
 
     def __init__(self, listeners: Iterable[Listener]) -> None:
         try:
-            each = tuple(listeners)
+            each = {id(listener): listener for listener in listeners}.values()  # each once
         except TypeError:
             raise UserError(
                 f"listeners = {listeners!r}: must be a list of objects with log and close"

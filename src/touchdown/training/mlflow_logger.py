@@ -4,7 +4,7 @@ import os
 import time
 from collections.abc import Mapping
 from importlib.metadata import version
-from typing import Any, cast
+from typing import cast
 
 # MLflow reports its use to its makers from its import on, even if it logs to a local file
 os.environ.setdefault("MLFLOW_DISABLE_TELEMETRY", "true")
@@ -14,7 +14,7 @@ from mlflow.exceptions import MlflowException
 from mlflow.tracking import MlflowClient
 
 from touchdown.config.config import Config
-from touchdown.config.toml import to_dict
+from touchdown.config.fields import flat
 
 _EXPERIMENT = "touchdown"
 _MOST_METRICS, _MOST_PARAMS = 1_000, 100  # that MLflow takes in one call
@@ -98,19 +98,7 @@ class MlflowLogger:
             "touchdown": version("touchdown"),
         }
         run_id = self._client.create_run(self._experiment_id, run_name=name, tags=tags).info.run_id
-        params = [Param(name, str(value)) for name, value in _flat(to_dict(config)).items()]
+        params = [Param(name, str(value)) for name, value in flat(config).items()]
         for first in range(0, len(params), _MOST_PARAMS):
             self._client.log_batch(run_id, params=params[first : first + _MOST_PARAMS])
         return run_id
-
-
-def _flat(values: Mapping[str, Any]) -> dict[str, Any]:
-    """A config's values by the names of its sections and fields, such as `learning.gamma`."""
-    flat: dict[str, Any] = {}
-    for name, value in values.items():
-        if isinstance(value, dict):
-            section = cast(dict[str, Any], value)
-            flat |= {f"{name}.{field}": of for field, of in section.items()}
-        else:
-            flat[name] = value
-    return flat

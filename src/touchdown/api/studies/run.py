@@ -56,7 +56,7 @@ def run_study(
         Interrupted: Ctrl-C or SIGTERM; unfinished runs were saved.
     """
     selection = find_study(study, scale=scale, seeds=seeds)
-    _allow_code(study, selection, trust=trust)
+    _check_code(study, selection, trust=trust)
     shown = console_for(progress, console)
     store = stores.open_store(Path(results_dir), make=True)
     selection = _note_started(selection, store)
@@ -77,8 +77,8 @@ def run_study(
         raise Interrupted(f"stopped and saved; resume with: {selection.command()}") from None
 
 
-def _allow_code(study: AnyStudy, selection: StudySelection, *, trust: bool) -> None:
-    """Let the runs import the environments and agents that the study names.
+def _check_code(study: AnyStudy, selection: StudySelection, *, trust: bool) -> None:
+    """Check that the runs may import the environments and agents that the study names.
 
     Raises:
         UserError: only a file names them.
@@ -89,10 +89,9 @@ def _allow_code(study: AnyStudy, selection: StudySelection, *, trust: bool) -> N
         for field in ("env_id", "algorithm")
         if plugins.is_plugin(name := getattr(job.config, field))
     }
-    with plugins.trusting(everything=trust or isinstance(study, Study)):
+    with plugins.trusting(everything=trust or (isinstance(study, Study) and not study.from_file)):
         for name, field in sorted(names):
-            plugins.check_allowed(name, field, has_flag=False)
-    plugins.allow(*(name for name, _ in names))
+            plugins.check_allowed(name, field)
 
 
 def _note_started(selection: StudySelection, store: Store) -> StudySelection:
@@ -137,7 +136,7 @@ def estimate_study(
         UserError: there is no such study, or its file is broken.
     """
     selection = find_study(study, scale=scale, seeds=seeds)
-    _allow_code(study, selection, trust=trust)
+    _check_code(study, selection, trust=trust)
     count = LocalExecutor(workers).workers
     path = Path(results_dir)
     store = stores.open_store(path) if path.exists() else Store(path)
