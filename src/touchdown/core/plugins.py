@@ -1,8 +1,8 @@
-"""Code that a user brings, by name: `module:Name`, imported only where the user named it.
+"""Users' own code by name, `module:Name`, imported only with their permission.
 
-A name may come from a file, such as a stranger's run or weights. To import it would run that
-stranger's code. So a name is only imported if the user wrote it, in a call or on the command line,
-or said that files are to be trusted.
+A name may come from a file, such as a run or weights from someone else, and importing it would run
+their code. So a name is only imported if the user wrote it, in a call or on the command line, or
+explicitly trusts files.
 """
 
 import contextlib
@@ -25,22 +25,22 @@ _trusting: ContextVar[bool] = ContextVar("trusting", default=False)
 
 
 def is_plugin(name: str) -> bool:
-    """Whether a name is of the form `module:Name`, well-formed or not."""
+    """Whether a name has the form `module:Name`, even if it is not well-formed."""
     return ":" in name
 
 
 def allow(*names: str) -> None:
-    """Let names be imported from now on: the user wrote them in a call or on the command line."""
+    """Allow names to be imported, because the user wrote them in a call or on the command line."""
     _named.update(filter(is_plugin, names))
 
 
 def give(value: Any, name: str = "") -> str:
-    """A name for a class or function that the user handed over, by which it is found from now on.
+    """Register a class or function that the user passed, and return the name by which it is found.
 
     Args:
         value: the class or function.
-        name: its name; "" takes `module:Name`, from where it was defined. A function within a
-            function, or without a name, gets a number, because another may have the same name.
+        name: its name; "" uses `module:Name` from its definition. A local function or a lambda gets
+            a number, because another one may have the same name.
     """
     if not name:
         name = f"{value.__module__}:{value.__qualname__}"
@@ -54,7 +54,7 @@ def give(value: Any, name: str = "") -> str:
 
 @contextlib.contextmanager
 def trusting(*, everything: bool) -> Generator[None]:
-    """Inside, every name may be imported if `everything` is True."""
+    """Within the block, every name may be imported if `everything` is True."""
     token = _trusting.set(everything or _trusting.get())
     try:
         yield
@@ -63,15 +63,15 @@ def trusting(*, everything: bool) -> Generator[None]:
 
 
 def check_allowed(name: str, where: str, *, has_flag: bool = True) -> None:
-    """Refuse a name that only a file names.
+    """Refuse a name that comes only from a file.
 
     Args:
         name: `module:Name`.
-        where: the field that has it, such as `env_id`.
-        has_flag: whether the user may name it with a flag of the field's name.
+        where: the field that contains it, such as `env_id`.
+        has_flag: whether there is a flag with the field's name.
 
     Raises:
-        UserError: the user did not name it, and said nothing of trust.
+        UserError: the user neither named it nor trusts files.
     """
     if name not in _named and not _trusting.get():
         flag = f"pass --{where.replace('_', '-')} {name} or " if has_flag else "pass "
@@ -86,7 +86,7 @@ def module_of(name: str, where: str) -> Any:
 
     Args:
         name: `module:Name`.
-        where: the field that has it, for errors.
+        where: the field that contains it, for errors.
 
     Raises:
         UserError: it is not allowed, or cannot be imported.
@@ -100,7 +100,7 @@ def module_of(name: str, where: str) -> Any:
         raise UserError(f"{where} = {name!r}: must be of the form package.module:Name")
     check_allowed(name, where)
     module = name.partition(":")[0]
-    here = os.getcwd()  # noqa: PTH109 - as Python has it in sys.path
+    here = os.getcwd()  # noqa: PTH109 - the same form as in sys.path
     if here not in sys.path and "" not in sys.path:
         sys.path.append(here)
     try:
@@ -113,16 +113,16 @@ def module_of(name: str, where: str) -> Any:
 
 
 def is_given(name: str) -> bool:
-    """Whether the user handed over what has this name."""
+    """Whether the user passed an object with this name."""
     return name in _given
 
 
 def load(name: str, where: str) -> Any:
-    """What `module:Name` names: what the user handed over, or the module's attribute.
+    """Load `module:Name`: the object that the user passed, or the module's attribute.
 
     Args:
         name: `module:Name`.
-        where: the field that has it, for errors.
+        where: the field that contains it, for errors.
 
     Raises:
         UserError: it is not allowed, or there is no such module or attribute.
