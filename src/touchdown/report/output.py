@@ -26,9 +26,9 @@ class Report:
 
     page: Path
     decisions: dict[str, list[Decision]]
-    """By topic."""
+    """Decisions by topic."""
     results: dict[str, StudyResults]
-    """By study."""
+    """Results by study."""
 
 
 def write_report(page: Page, tables: Mapping[str, pl.DataFrame], out: Path) -> Path:

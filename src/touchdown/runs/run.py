@@ -171,13 +171,13 @@ class RunFacts(msgspec.Struct, frozen=True, kw_only=True, rename={"env_steps": "
     preset: str
     env_id: str
     seed: Count
-    """Of training."""
+    """Training seed."""
     config_digest: str
     episodes: Count
-    """Seconds of training so far."""
+    """Training episodes so far."""
     env_steps: Count
     seconds: Seconds
-    """Of training."""
+    """Seconds of training so far."""
     test: Summary | None
     """Summary of the test episodes; None while the run is not finished."""
 

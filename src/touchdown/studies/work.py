@@ -168,7 +168,7 @@ class BaselineJob:
         return RunFolder(store / self.digest).evaluation.is_file()
 
     def is_done(self, store: Path) -> bool:
-        """As `has_results`, because the paths are written before the evaluation."""
+        """The same as `has_results`, because the paths are written before the evaluation."""
         return self.has_results(store)
 
     def perform(

@@ -31,7 +31,7 @@ class ListenerError(UserError):
 
 
 class Listeners:
-    """Passes a run's scalars to all listeners, and closes them at the end of a `with` block.
+    """Passes a run's scalars to all listeners, and closes each once at the end of a `with` block.
 
     Args:
         listeners: called in this order.
