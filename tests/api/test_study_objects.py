@@ -130,7 +130,7 @@ def test_a_study_in_a_file_is_started_from_a_path_too_and_then_its_own_file_coun
     [
         ("ladder", "name = 'ladder': is one of the paper's; choose another"),
         ("paper", "name = 'paper': is one of the paper's; choose another"),
-        ("claims", "name = 'claims': is a table of every page; choose another"),
+        ("claims", "name = 'claims': is reserved for the table of claims; choose another"),
     ],
 )
 def test_a_name_that_is_taken_is_refused_before_anything_is_written(name, said, tmp_path):

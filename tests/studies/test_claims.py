@@ -177,7 +177,7 @@ def test_shares_are_shown_in_percent_whatever_named_the_metric():
         (lambda: Claim("a\nb", Greater(A, B)), "must be text on one line"),
         (lambda: Claim("So.", "greater"), "test = 'greater': must be one of Greater, Trend"),
         (lambda: Claim("So.", Greater(A, B), metric=3), "metric = 3: must be a string"),
-        (lambda: Greater(A, A), "level 'a': is there twice"),
+        (lambda: Greater(A, A), "level 'a': occurs twice"),
         (lambda: Greater(1, B), "above = 1: must be the label of a level"),
         (lambda: Near(A, 1, within=-1), r"within = -1\.0: must be above 0"),
         (lambda: Trend("ab"), "levels = 'ab': must be a list of levels' labels"),

@@ -263,7 +263,7 @@ def claim(**fields):
         ({"above": 0.99}, "above = 0.99: must be the label of a level, such as '0.99'"),
         ({"above": "0.95"}, None),
         ({"above": "0.7"}, "claim 'So.': level '0.7': unknown; choose one of 0.9, 0.95, 0.99"),
-        ({"above": "0.9"}, "[[claim]] 2: level '0.9': is there twice, must be once"),
+        ({"above": "0.9"}, "[[claim]] 2: level '0.9': occurs twice, must occur once"),
         ({"metric": "luck"}, "claim 'So.': metric = 'luck': must be one of best_return"),
         ({"metric": 3}, "[[claim]] 2: metric = 3: must be a string"),
     ],
@@ -289,10 +289,10 @@ def test_a_claim_that_cannot_be_decided_gets_one_line_that_names_it(tmp_path, fi
             "kind = 'trend'\nlevels = ['0.9', '0.99']\ndirection = 'up'",
             "direction = 'up': must be one of rise, fall",
         ),
-        ("kind = 'trend'\nlevels = ['0.9', '0.99', '0.9']", "level '0.9': is there twice"),
+        ("kind = 'trend'\nlevels = ['0.9', '0.99', '0.9']", "level '0.9': occurs twice"),
         (
             "kind = 'sweet-spot'\ninside = '0.95'\nfirst = '0.9'\nlast = '0.95'",
-            "level '0.95': is there twice",
+            "level '0.95': occurs twice",
         ),
         (
             "kind = 'best'\namong = ['0.9', '0.99']\nlevels = ['0.9', '0.99']",

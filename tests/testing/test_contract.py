@@ -137,14 +137,14 @@ class NeverLearns(Table):
     ("agent", "said"),
     [
         (OutOfRange, r"act: gave .*, must be from 0 to 1"),
-        (FloatActions, "act: gave .*, must be as many whole numbers"),
-        (SharedWeights, "weights: changed while the agent went on learning"),
+        (FloatActions, "act: gave .*, must be as many integers"),
+        (SharedWeights, "weights: changed while the agent continued to learn"),
         (NoWeights, "weights: must be a dictionary of NumPy arrays"),
         (PolicyOfTheBatch, "policy: an action must depend on its own observation alone"),
         (PolicyOfTheAgent, "policy: the same weights must give the same policy"),
-        (UnseededActions, "two agents of one seed differ"),
+        (UnseededActions, "two agents with the same seed differ"),
         (ForgetsItsTable, "restore: the weights differ"),
-        (ForgetsItsRate, "restore: the resumed agent learns something else"),
+        (ForgetsItsRate, "restore: the resumed agent learns differently"),
         (NeverLearns, r"the greedy policy of the chain's states is \[0, 0, 0, 0, 0\]"),
     ],
 )
@@ -163,7 +163,7 @@ class NoPolicy:
     ("agent", "arguments", "said"),
     [
         (NoPolicy, {}, "must be an agent with policy; see touchdown.agents.agent.Agent"),
-        (Table, {"options": {"rat": 1}}, "unexpected keyword argument 'rat'; it takes rate"),
+        (Table, {"options": {"rat": 1}}, "unexpected keyword argument 'rat'; it accepts rate"),
         (Table, {"options": {"rate": 2}}, "rate = 2: must be above 0 and at most 1"),
         ("no.such:Agent", {}, "module no.such cannot be imported: ModuleNotFoundError"),
         ("json:Agent", {}, "module json has no 'Agent'"),

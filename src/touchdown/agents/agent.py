@@ -37,8 +37,8 @@ class Agent(Protocol):
                 `steps.observations`, or the first of the next episode where one ended.
 
         Returns:
-            Metrics of the latest update by name, such as `loss` and `mean_q`, whenever they are to
-            be recorded; otherwise None.
+            Metrics of the latest update by name, such as `loss` and `mean_q`, if training should
+            record them now; otherwise None.
         """
         ...
 
@@ -62,7 +62,7 @@ class Agent(Protocol):
         ...
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Restore in a fresh agent what `state` returned.
+        """Restore the result of `state` in a fresh agent.
 
         Raises:
             KeyError: something is missing.

@@ -1,4 +1,4 @@
-"""What an agent of ours learns, as a function of flat parameters: a network or a table."""
+"""What a built-in agent learns, as a function of flat parameters: a network or a table."""
 
 from collections.abc import Mapping
 from typing import Any, Protocol
@@ -33,6 +33,6 @@ def weights_of(model: Model, params: Any) -> Tensors:
 
     Args:
         model: the network or table.
-        params: flat, [P], of NumPy or JAX.
+        params: flat parameters [P], a NumPy or JAX array.
     """
     return {name: np.array(value) for name, value in model.layers(params).items()}

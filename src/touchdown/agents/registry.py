@@ -1,4 +1,4 @@
-"""The agent that a config describes: one of ours by its name, or a user's by its class."""
+"""The agent of a config: a built-in one by its name, or a user's by its class."""
 
 import inspect
 from collections.abc import Callable
@@ -21,11 +21,11 @@ _MEMBERS = ("act", "observe", "weights", "policy", "state", "restore")
 
 
 def check_fits(config: Config, spaces: Spaces) -> None:
-    """Refuse a config that does not fit an environment, before anything is made for it.
+    """Refuse a config that does not fit an environment, before anything is created.
 
     Raises:
-        UserError: a table's bins do not fit the environment, value iteration has no model, or an
-            agent of the user's cannot be made with the config's options.
+        UserError: a table's bins do not fit the environment, value iteration has no model, or a
+            user's agent cannot be made with the config's options.
     """
     if config.algorithm in ("tabular", "value-iteration"):
         plan_of(config, spaces)
@@ -38,8 +38,8 @@ def make_agent(config: Config, spaces: Spaces, generators: Streams) -> Agent:
     """A fresh agent for an environment.
 
     Raises:
-        UserError: the config does not fit the environment, its backend was not built, or an agent
-            of the user's cannot be made.
+        UserError: the config does not fit the environment, its backend was not built, or a user's
+            agent cannot be made.
     """
     match config.algorithm:
         case "dqn":
@@ -58,7 +58,7 @@ def _custom_agent(config: Config, spaces: Spaces, generators: Streams) -> Agent:
         return made(config, spaces, generators, **config.options)
     except UserError:
         raise
-    except ValueError as error:  # a value that it does not take
+    except ValueError as error:  # the class refuses an option's value
         raise UserError(f"algorithm = {config.algorithm!r}: {one_line(error)}") from error
 
 
@@ -80,7 +80,7 @@ def _class_of(config: Config) -> Callable[..., Agent]:
             if each.kind in (each.KEYWORD_ONLY, each.POSITIONAL_OR_KEYWORD)
         ][3:]
         raise UserError(
-            f"{where}: options = {dict(config.options)!r}: {one_line(error)}; it takes "
+            f"{where}: options = {dict(config.options)!r}: {one_line(error)}; it accepts "
             f"{', '.join(known) or 'none'}"
         ) from None
     return cast(Callable[..., Agent], found)

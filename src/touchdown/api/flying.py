@@ -44,7 +44,7 @@ def evaluate(
         trust: whether to import code that a file names: an environment's module or an agent.
         progress: True shows progress and results, False shows nothing; None shows them in a
             notebook and on a terminal.
-        console: where to show them; None takes the notebook's output or standard output.
+        console: where to show them; None uses the notebook's output or standard output.
 
     Raises:
         UserError: there is no such policy, or a number is out of range.

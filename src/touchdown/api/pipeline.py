@@ -30,7 +30,7 @@ from touchdown.training.listeners import ListenerError, Listeners
 from touchdown.training.services import LoggerName
 from touchdown.training.trainer import Trainer
 
-OVERLAID = 6  # number of starts whose flights are drawn over each other; more would hide each other
+OVERLAID = 6  # number of starts whose flights are overlaid; more would hide each other
 
 
 def complete(
@@ -39,13 +39,13 @@ def complete(
     listeners: Listeners,
     loggers: Sequence[LoggerName] = (),
 ) -> Run:
-    """Do what a run still lacks: training, selection of a checkpoint, test, pictures.
+    """Do the missing parts of a run: training, selection of a checkpoint, test, pictures.
 
     Args:
-        folder: of the run.
+        folder: the run's folder.
         console: where to show progress and results.
-        listeners: told every scalar of training; closed by the caller.
-        loggers: names of logging services, which join the listeners.
+        listeners: receive every scalar of training; closed by the caller.
+        loggers: names of logging services, which are added to the listeners.
     """
     device.use_default()
     where = folder.path.parent
@@ -60,7 +60,7 @@ def complete(
         raise Interrupted(f"stopped and saved; {continuing}") from None
     except ListenerError as error:
         raise ListenerError(
-            f"{error}; what was saved before is whole; {continuing}"
+            f"{error}; the last saved state is intact; {continuing}"
         ) from error.__cause__
     except OSError as error:
         path = error.filename or folder.path
@@ -119,7 +119,7 @@ def _completed(
         view.advance()
     seconds = f"trained in {progress.clock(trained - began)}"
     total = progress.clock(time.monotonic() - began)
-    # all at once: a notebook frames each print on its own
+    # all at once, because a notebook separates the outputs of several prints
     shown.print(
         Text(f"{folder.name}: {seconds}, {total} in total"),
         *_results(run, tested, text),
@@ -130,7 +130,7 @@ def _completed(
 
 
 def _results(run: Run, tested: Sequence[Evaluation], learned: str) -> Iterator[RenderableType]:
-    """The results of a finished run: how it was solved, its test, its policy and its pictures."""
+    """Show the results of a finished run: whether it was solved, its test, policy and pictures."""
     config = run.config
     if config.training.stop_when_solved:
         yield Text(_how_it_was_solved(run))

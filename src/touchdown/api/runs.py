@@ -12,7 +12,7 @@ RunLike = str | Path | Run
 
 
 def show(run: RunLike, runs_dir: Path | str = DEFAULT_RUNS) -> Run:
-    """The run of that name. A notebook shows its settings, its result and its learning curve.
+    """Open a run. A notebook shows its settings, its result and its learning curve.
 
     Args:
         run: a run, its name or its folder.
@@ -25,14 +25,14 @@ def show(run: RunLike, runs_dir: Path | str = DEFAULT_RUNS) -> Run:
 
 
 def find_run(run: RunLike, runs_dir: Path | str = DEFAULT_RUNS) -> Run:
-    """The run meant.
+    """Find a run.
 
     Args:
         run: a run, its name or its folder.
         runs_dir: folder that holds the runs.
 
     Raises:
-        UserError: there is no such run, or it is given as something else.
+        UserError: there is no such run, or the argument has another type.
     """
     if isinstance(run, Run):
         return run

@@ -48,17 +48,18 @@ def train(
     Args:
         config: the name of a preset, or a config.
         env: a Gymnasium id, `module:Id`, an environment, or a function or class that makes one;
-            None uses the config's. An environment is copied for each place in a vector env.
+            None uses the config's. An environment is copied for each one in a vector env.
         agent: a class that fulfils `touchdown.agents.agent.Agent`, or its name,
             `package.module:Class`; None uses the config's.
         name: name of the run. None uses `<preset>-<seed>`, with a number appended if that name is
             taken.
         runs_dir: folder of the runs.
         seed: training seed; None uses the config's.
-        listeners: objects with `log(step, scalars)` and `close()`, which get every scalar of
-            training when it is recorded. Each is closed once, when this function returns or raises.
+        listeners: objects with `log(step, scalars)` and `close()`, which receive every scalar of
+            training when it is recorded. Each is closed once, when this function returns or
+            raises.
         logger: `wandb`, `mlflow` or both, to log there too.
-        trust: whether to import code that the config names. What the other arguments name is
+        trust: whether to import code that the config names. Code that the other arguments name is
             imported without it.
         progress: True shows progress and results, False shows nothing; None shows them in a
             notebook and on a terminal.
@@ -115,7 +116,7 @@ def resume(
         env: the environment that the run was started with, if this process cannot find it by name.
         agent: the agent's class, likewise.
         runs_dir: folder of the runs.
-        listeners: as for `train`; they get the steps after the last checkpoint again.
+        listeners: as for `train`; they receive the steps after the last checkpoint again.
         logger: as for `train`; the service's run is continued.
         trust: whether to import code that the run's config names.
         progress: True shows progress and results, False shows nothing; None shows them in a
@@ -138,7 +139,7 @@ def resume(
 
 
 def _named(settings: dict[str, Any]) -> dict[str, Any]:
-    """Settings with the environment and the agent that the user handed over or named, by name."""
+    """The settings, with the names of the environment and the agent that the user passed."""
     named = dict(settings)
     if "env_id" in named:
         named["env_id"] = custom.name_of(named["env_id"])
@@ -151,7 +152,7 @@ def _named(settings: dict[str, Any]) -> dict[str, Any]:
 
 
 def _hand_over(env: EnvLike | None, agent: type[Agent] | str | None, config: Config) -> None:
-    """Let a run's environment and agent be found by the names in its config.
+    """Register a run's environment and agent under the names in its config.
 
     Raises:
         UserError: the run has another environment or agent, or one that has to be passed again.

@@ -28,7 +28,7 @@ def tune_pid(
 
     Args:
         rule: the action rule to tune for: `signed` or `absolute`.
-        starts: training starts flown in each trial.
+        starts: number of training starts per trial.
         seed: chooses the starts.
         tolerance: stop once every step is below this fraction of its initial size; above 0 and
             below 1.
@@ -37,7 +37,7 @@ def tune_pid(
         out: a TOML file for the gains; None only returns them.
         progress: True shows progress and results, False shows nothing; None shows them in a
             notebook and on a terminal.
-        console: where to show them; None takes the notebook's output or standard output.
+        console: where to show them; None uses the notebook's output or standard output.
 
     Returns:
         The best gains found, even if tuning was stopped early.

@@ -1,4 +1,4 @@
-"""A config's digest: what a run is stored under, so a new setting must not change it."""
+"""A config's digest, which identifies stored runs; a new setting must not change it."""
 
 import dataclasses
 import hashlib
@@ -36,10 +36,10 @@ _ALWAYS: dict[str, tuple[str, ...]] = {
         *("stop_when_solved", "checkpoint_seconds", "metrics_period"),
     ),
 }
-"""The fields of the first version, by section ("" is the top), in its order: always hashed.
+"""The first version's fields by section ("" is the top), in its order; always hashed.
 
-Never add to it. A later field is hashed only where it differs from its default, so that a run keeps
-its digest when a field is added.
+Never add to it. A later field is hashed only if it differs from its default, so that runs keep
+their digest when a field is added.
 """
 FORMER_NAMES = {
     "training": {"max_env_steps": "max_observations", "candidate_checkpoints": "finalists"}
@@ -48,7 +48,7 @@ FORMER_NAMES = {
 
 
 def digest_of(config: "DataclassInstance") -> str:
-    """12 hex digits of a config: equal for equal settings, and for settings added since.
+    """12 hex digits of a config; new settings with their defaults do not change them.
 
     Args:
         config: a frozen dataclass of fields and sections; its `preset` is ignored.
@@ -59,7 +59,7 @@ def digest_of(config: "DataclassInstance") -> str:
 
 
 def _hashed(section: Any, name: str) -> dict[str, Any]:
-    """The fields of a section that its digest is taken over, nested sections included."""
+    """The fields of a section that are hashed, including nested sections."""
     always, former = _ALWAYS.get(name, ()), FORMER_NAMES.get(name, {})
     fields = {item.name: item for item in dataclasses.fields(section)}
     values: dict[str, Any] = {former.get(each, each): getattr(section, each) for each in always}

@@ -13,11 +13,11 @@ from touchdown.core.errors import UserError, one_line
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-_NOT_SETTINGS = {"preset"}  # a label: as a keyword it would rename the settings, not choose them
+_NOT_SETTINGS = {"preset"}  # only a label: as a keyword it would not select a preset
 
 
 def bare_names(kind: "type[DataclassInstance]") -> Iterator[str]:
-    """The names of a dataclass's fields in order; a section's fields stand in the section's place.
+    """The names of a dataclass's fields in order; a section is replaced by its fields.
 
     Args:
         kind: `Config`, or the flags of a command.
@@ -40,17 +40,17 @@ def flat(config: Config) -> dict[str, Any]:
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
-    """The known name that a misspelt one is most like; None if it is like none of them."""
+    """The known name most similar to a misspelt one; None if there is none."""
     return next(iter(difflib.get_close_matches(name, list(known), n=1)), None)
 
 
 def with_settings(config: Config, settings: Mapping[str, Any]) -> Config:
-    """A config with some settings replaced, which are named as on the command line.
+    """A config with some settings replaced, by their names on the command line.
 
     Args:
-        config: to start from.
-        settings: values by bare name, such as `learning_rate`; also whole sections, such as
-            `network`, which are replaced first.
+        config: the config to start from.
+        settings: values by name without section, such as `learning_rate`; also whole sections,
+            such as `network`, which are replaced first.
 
     Raises:
         UserError: an unknown name, or a value that is refused.

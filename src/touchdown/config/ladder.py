@@ -32,13 +32,13 @@ BUILDS_ON = {
     "rainbow": "rainbow-lite",
     "pqn": "vector-dqn",
 }
-"""Each rung but the first, and the rung that it is explained by and compared with."""
+"""The rung that each rung but the first builds on and is compared with."""
 
 
 def changes(rung: str) -> dict[str, Any]:
     """The fields in which a rung differs from the rung that it builds on, with its own values.
 
-    Fields have their names without the section, as flags do.
+    Fields are named without their section, like flags.
 
     Args:
         rung: name of a preset in `BUILDS_ON`.

@@ -1,4 +1,4 @@
-"""What a notebook shows: a console, live views that are drawn over, and values as HTML."""
+"""Output in a notebook: a console, live views, and values as HTML."""
 
 import base64
 import html
@@ -13,10 +13,10 @@ from rich.console import Console, RenderableType
 from rich.terminal_theme import TerminalTheme
 from rich.theme import Theme
 
-_WIDTH = 100  # characters of a line
+_WIDTH = 100  # characters per line
 _GREY = (128, 128, 128)
-# A notebook is light or dark and does not tell: text without a style has the page's own colour, dim
-# text is grey, and bars have colours that are seen on both.
+# A notebook may be light or dark: unstyled text keeps the page's colour, dim text is grey, and bars
+# have colours that are visible on both.
 _COLOURS = TerminalTheme(_GREY, _GREY, [_GREY] * 8)
 _STYLES = Theme(
     {
@@ -37,25 +37,25 @@ _FRAME = (
 
 def in_notebook() -> bool:
     """Whether this process is the kernel of a notebook."""
-    ipython = sys.modules.get("IPython")  # a kernel has loaded it; nothing else needs it
+    ipython = sys.modules.get("IPython")  # loaded in every kernel, and by nothing else
     shell = None if ipython is None else ipython.get_ipython()
     return getattr(shell, "kernel", None) is not None
 
 
 def make_console() -> Console:
-    """A console that prints into the output of the notebook's running cell."""
+    """A console that prints to the output of the running cell."""
     return Console(force_jupyter=True, width=_WIDTH, highlight=False)
 
 
 class Live:
-    """A view in the output of a cell that each update draws over.
+    """A view in a cell's output that every update replaces.
 
-    rich's own `Live` needs ipywidgets here, whose output a saved notebook does not hold. This one
-    replaces what it displayed before, so that a saved notebook has the last state and no other.
+    rich's `Live` needs ipywidgets here, whose output is not saved with the notebook. This view
+    replaces its own output, so that a saved notebook contains only the last state.
 
     Args:
-        refresh_per_second: updates that come faster than this are not drawn, the last one is.
-        transient: whether to leave nothing at the end.
+        refresh_per_second: largest rate of drawn updates; the last update is always drawn.
+        transient: whether to remove the view at the end.
     """
 
     def __init__(self, *, refresh_per_second: float, transient: bool = False) -> None:
@@ -67,21 +67,21 @@ class Live:
 
     @property
     def is_started(self) -> bool:
-        """Whether it has a place in a cell's output."""
+        """Whether it is in a cell's output."""
         return self._handle is not None
 
     def start(self) -> None:
-        """Take a place in the running cell's output."""
+        """Display the view in the running cell's output."""
         self._handle = sys.modules["IPython"].display.display(_blank(), raw=True, display_id=True)
 
     def update(self, renderable: RenderableType) -> None:
-        """Show something in place of what was shown before."""
+        """Replace the content."""
         self._waiting = renderable
         if self.is_started and time.monotonic() - self._drawn >= self._seconds:
             self._draw()
 
     def stop(self) -> None:
-        """Draw the last update, or nothing if the view is transient, and leave it there."""
+        """Draw the last update, or nothing if the view is transient."""
         if self._transient:
             self._handle.update(_blank(), raw=True)
         else:
@@ -100,7 +100,7 @@ def _blank() -> dict[str, str]:
 
 
 def _drawn(renderable: RenderableType) -> dict[str, str]:
-    """What a terminal would show, as HTML and as text."""
+    """Terminal output as HTML and as plain text."""
     page = Console(
         record=True,
         file=io.StringIO(),
@@ -120,30 +120,30 @@ def _drawn(renderable: RenderableType) -> dict[str, str]:
 
 
 @singledispatch
-def html_of(value: object) -> str | None:  # noqa: ARG001 - the signature of those that are added
+def html_of(value: object) -> str | None:  # noqa: ARG001 - the signature of the registered functions
     """A value as HTML.
 
-    Packages above a value's own register how it is drawn, because it must not know them; until such
-    a package is loaded this is None, which leaves a notebook with the value's repr.
+    Higher-level packages register functions for their values' types. Without one this is None, and
+    the notebook shows the value's repr.
     """
     return None
 
 
 def plain(text: str) -> str:
-    """A text from a file as one printable line: what cannot be printed is escaped."""
+    """Text from a file as one printable line; unprintable characters are escaped."""
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 def facts_html(
     title: str, line: str, facts: Iterable[tuple[str, str]] = (), picture: str = ""
 ) -> str:
-    """A title and a line over a table of facts, with a picture beside it if there is room.
+    """A title and a line above a table of facts, with a picture next to it if there is room.
 
     Args:
-        title: in bold; escaped.
-        line: after the title; escaped.
+        title: text in bold; escaped.
+        line: text after the title; escaped.
         facts: names and values; escaped.
-        picture: HTML of `picture_html`.
+        picture: HTML from `picture_html`.
     """
     rows = "".join(
         f'<tr><td style="text-align:left">{html.escape(name)}</td>'
@@ -159,24 +159,24 @@ def facts_html(
 
 
 def figure_html(picture: str, caption: str) -> str:
-    """A picture with a caption under it.
+    """A picture with a caption below it.
 
     Args:
-        picture: HTML of `picture_html`.
-        caption: escaped.
+        picture: HTML from `picture_html`.
+        caption: text; escaped.
     """
     text = f"<figcaption>{html.escape(caption)}</figcaption>"
     return f'<figure style="margin:0">{picture}{text}</figure>'
 
 
 def picture_html(data: bytes, kind: str, description: str, *, width: int) -> str:
-    """A picture inside the page itself.
+    """A picture embedded in the page.
 
     Args:
         data: the file's bytes.
-        kind: of the picture, such as `png`.
-        description: what it shows, for readers who cannot see it; escaped.
-        width: in pixels; less on a narrow page.
+        kind: image format, such as `png`.
+        description: alternative text; escaped.
+        width: width in pixels; smaller on a narrow page.
     """
     source = f"data:image/{kind};base64,{base64.b64encode(data).decode()}"
     return (

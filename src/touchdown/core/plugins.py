@@ -1,8 +1,8 @@
-"""Code that a user brings, by name: `module:Name`, imported only where the user named it.
+"""Users' own code by name, `module:Name`, imported only with their permission.
 
-A name may come from a file, such as a stranger's run or weights. To import it would run that
-stranger's code. So a name is only imported if the user wrote it, in a call or on the command line,
-or said that files are to be trusted.
+A name may come from a file, such as a run or weights from someone else, and importing it would run
+their code. So a name is only imported if the user wrote it, in a call or on the command line, or
+explicitly trusts files.
 """
 
 import contextlib
@@ -25,17 +25,17 @@ _trusting: ContextVar[bool] = ContextVar("trusting", default=False)
 
 
 def is_plugin(name: str) -> bool:
-    """Whether a name is of the form `module:Name`, well-formed or not."""
+    """Whether a name has the form `module:Name`, even if it is not well-formed."""
     return ":" in name
 
 
 def allow(*names: str) -> None:
-    """Let names be imported from now on."""
+    """Allow names to be imported from now on."""
     _named.update(filter(is_plugin, names))
 
 
 def write(name: str) -> None:
-    """Let a name be imported from now on, because the user wrote it in a call.
+    """Allow a name to be imported, because the user wrote it in a call.
 
     It then means the importable class or function, also if another was handed over in its place.
     """
@@ -45,12 +45,12 @@ def write(name: str) -> None:
 
 
 def give(value: Any, name: str = "") -> str:
-    """A name for a class or function that the user handed over, by which it is found from now on.
+    """Register a class or function that the user passed, and return the name by which it is found.
 
     Args:
         value: the class or function.
-        name: its name; "" takes `module:Name`, from where it was defined. A function within a
-            function, or without a name, gets a number, because another may have the same name.
+        name: its name; "" uses `module:Name` from its definition. A local function or a lambda gets
+            a number, because another one may have the same name.
     """
     if not name:
         kind = cast(type[Any], type(value))
@@ -66,7 +66,7 @@ def give(value: Any, name: str = "") -> str:
 
 @contextlib.contextmanager
 def trusting(*, everything: bool) -> Generator[None]:
-    """Inside, every name may be imported if `everything` is True."""
+    """Within the block, every name may be imported if `everything` is True."""
     token = _trusting.set(everything or _trusting.get())
     try:
         yield
@@ -110,14 +110,14 @@ def module_of(name: str, where: str) -> Any:
 
     Args:
         name: `module:Name`.
-        where: the field that has it, for errors.
+        where: the field that contains it, for errors.
 
     Raises:
         UserError: it is not allowed, or cannot be imported.
     """
     check_allowed(name, where)
     module = name.partition(":")[0]
-    here = os.getcwd()  # noqa: PTH109 - as Python has it in sys.path
+    here = os.getcwd()  # noqa: PTH109 - the same form as in sys.path
     if here not in sys.path and "" not in sys.path:
         sys.path.append(here)
     try:
@@ -130,16 +130,16 @@ def module_of(name: str, where: str) -> Any:
 
 
 def is_given(name: str) -> bool:
-    """Whether the user handed over what has this name."""
+    """Whether the user passed an object with this name."""
     return name in _given
 
 
 def load(name: str, where: str) -> Any:
-    """What `module:Name` names: what the user handed over, or the module's attribute.
+    """Load `module:Name`: the object that the user passed, or the module's attribute.
 
     Args:
         name: `module:Name`.
-        where: the field that has it, for errors.
+        where: the field that contains it, for errors.
 
     Raises:
         UserError: it is not allowed, or there is no such module or attribute.

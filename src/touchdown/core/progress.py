@@ -28,7 +28,7 @@ def console_for(progress: bool | None, console: Console | None) -> Console:
 
     Args:
         progress: None shows them in a notebook and on a terminal, True everywhere, False nowhere.
-        console: where to show them; None takes the notebook's output or standard output.
+        console: where to show them; None uses the notebook's output or standard output.
     """
     if progress is False:
         return Console(quiet=True)
@@ -37,7 +37,7 @@ def console_for(progress: bool | None, console: Console | None) -> Console:
     if notebook.in_notebook():
         return notebook.make_console()
     on_terminal = sys.stdout.isatty()
-    # as on the command line, a file's lines are longer than a terminal that nobody has
+    # as on the command line, output to a file has longer lines than a terminal
     return Console(width=None if on_terminal else 120, quiet=not (progress or on_terminal))
 
 
@@ -98,8 +98,8 @@ class View:
 
     Args:
         console: where to draw.
-        refresh_per_second: how often at most.
-        transient: whether to leave nothing at the end.
+        refresh_per_second: largest rate of updates.
+        transient: whether to remove the display at the end.
     """
 
     def __init__(
@@ -115,11 +115,11 @@ class View:
 
     @property
     def is_drawn(self) -> bool:
-        """Whether anybody can see it."""
+        """Whether the display is visible."""
         return not self._console.quiet and (self._console.is_terminal or self._in_notebook)
 
     def draw(self, renderable: RenderableType) -> None:
-        """Show something in place of what was shown before."""
+        """Replace the content."""
         if self.is_drawn:
             self._live.update(renderable)
 
@@ -146,11 +146,11 @@ def share_bar(console: Console, text: str, share: float) -> Progress:
 
 
 class Counter(View):
-    """A progress bar with an ETA within a `with` block; call it once for each thing done.
+    """A progress bar with an ETA within a `with` block; call it once for each finished item.
 
     Args:
         console: where to draw.
-        text: what is being done.
+        text: description of the work.
         total: number of items; 1.0 shows a percentage, for work that cannot be counted.
     """
 
@@ -165,7 +165,7 @@ class Counter(View):
         return self
 
     def __call__(self) -> None:
-        """Count one thing as done."""
+        """Count one item as finished."""
         self._bar.advance(self._task)
         self.draw(self._bar)
 

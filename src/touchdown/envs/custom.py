@@ -1,4 +1,4 @@
-"""Environments by name: Gymnasium's registry, and what a user brings."""
+"""Environments by name: Gymnasium's registry, and users' own environments."""
 
 import copy
 import inspect
@@ -18,15 +18,14 @@ EnvLike = str | Env | Callable[..., Env]
 
 
 def make(env_id: str, render_mode: str | None) -> Env:
-    """An environment by its name.
+    """Make an environment from its name.
 
     Args:
         env_id: Gymnasium's id, `module:Id`, or `module:function`.
-        render_mode: passed to what makes it, if it takes one.
+        render_mode: passed to its constructor, if it has this parameter.
 
     Raises:
-        UserError: there is no such environment, it cannot be made, or its module is named by a file
-            only.
+        UserError: there is no such environment, it cannot be made, or only a file names its module.
     """
     if plugins.is_plugin(env_id):
         found = _maker_of(env_id)
@@ -42,7 +41,7 @@ def make(env_id: str, render_mode: str | None) -> Env:
 
 
 def name_of(env: EnvLike, name: str = "") -> str:
-    """The id by which an environment that the user handed over is found from now on.
+    """Register an environment that the user passed, and return the id by which it is found.
 
     Args:
         env: an id, an environment, or a function or class that makes one. An environment is copied
@@ -50,7 +49,7 @@ def name_of(env: EnvLike, name: str = "") -> str:
         name: the id to give it; "" takes one from where it was defined.
 
     Raises:
-        UserError: it is something else, or can neither be copied nor made again.
+        UserError: it has another type, or can neither be copied nor made again.
     """
     if isinstance(env, str):
         plugins.write(env)
@@ -65,7 +64,7 @@ def name_of(env: EnvLike, name: str = "") -> str:
 
 
 def threshold_of(env_id: str) -> float | None:
-    """The return at which an environment counts as solved; None where its spec names none.
+    """The return at which an environment counts as solved; None if its spec has none.
 
     Imports nothing: the module of `module:Id` has been imported if the environment was made.
     """
@@ -81,7 +80,7 @@ _specs: dict[str, Any] = {}  # of environments that are not in Gymnasium's regis
 
 
 def _maker_of(env_id: str) -> str | Callable[..., Env]:
-    """What makes the environment of `module:Name`: an id in the registry, or a callable."""
+    """The maker of the environment `module:Name`: an id in the registry, or a callable."""
     name = env_id.partition(":")[2]
     if not plugins.is_given(env_id):
         plugins.module_of(env_id, "env_id")  # registers its environments
@@ -155,10 +154,10 @@ def _is_stock(env: Env) -> bool:
 
 
 def _lost_in(other: Env, env: Env) -> str:
-    """Plain attributes of an environment that another, supposed to be equal, has differently.
+    """Plain attributes of an environment that differ in its copy.
 
-    Many environments are copied by a call of their constructor, which knows nothing of attributes
-    that were set later.
+    Many environments are copied by calling their constructor, which loses attributes that were set
+    later.
     """
     mine, theirs = vars(env.unwrapped), vars(other.unwrapped)
     return ", ".join(

@@ -44,10 +44,10 @@ def iqm_and_band(curves: Sequence[Curve]) -> tuple[FloatArray, FloatArray, Float
 
 
 def caption(curves: Mapping[str, Sequence[Curve]]) -> str:
-    """What the lines and bands of `draw_rungs` and `draw_shares` are, for the text below them.
+    """The caption of `draw_rungs` and `draw_shares`: what lines and bands show.
 
     Args:
-        curves: those drawn.
+        curves: the curves drawn.
     """
     counts = sorted({len(runs) for runs in curves.values()})
     n = " to ".join(map(str, counts[:1] + counts[1:][-1:]))

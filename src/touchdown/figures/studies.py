@@ -249,8 +249,8 @@ def finish(
         along: the axis of the numbers.
         others: other numbers that must be visible, such as a baseline's.
         shares: whether the numbers are shares, from 0 to 1, rather than return points.
-        shown: what is beyond these two is cut off; None shows all seeds, and as much room on each
-            side of them as they take themselves.
+        shown: limits of the axis; numbers beyond them are cut off. None shows all seeds, with at
+            most the width of their range on each side.
     """
     axis = ax.xaxis if along == "x" else ax.yaxis
     limit = ax.set_xlim if along == "x" else ax.set_ylim

@@ -1,4 +1,4 @@
-"""A flight's film inside the page of a notebook; importing this makes every `Flight` show it."""
+"""A flight's film in a notebook; importing this module makes every `Flight` show it."""
 
 import io
 import tempfile
@@ -11,20 +11,20 @@ from touchdown.render import film
 
 _SCALE = 2 / 3  # 400 pixels wide
 _MOST_FPS = 25.0
-_MOST_PICTURES = 250  # of one film, so that a long flight takes no longer to draw
-_MOST_BYTES = 4_000_000  # of a film; a longer one would make a notebook slow to open
+_MOST_PICTURES = 250  # pictures per film, so that a long flight takes no longer to draw
+_MOST_BYTES = 4_000_000  # per film; a larger one would make a notebook slow to open
 
 _made: WeakKeyDictionary[Flight, str] = WeakKeyDictionary()
 
 
 @notebook.html_of.register
 def film_html(flight: Flight) -> str:
-    """A flight as a film that repeats, over one line of facts.
+    """A flight as a looping film above one line of facts.
 
-    It is made when it is first shown, and kept as long as the flight is.
+    The film is made when it is first shown, and kept as long as the flight.
 
     Args:
-        flight: to show; if its film were too large, its poster is shown instead.
+        flight: the flight; if its film is too large, its last picture is shown instead.
     """
     if flight not in _made:
         _made[flight] = notebook.figure_html(_picture(flight), flight.facts)

@@ -13,16 +13,16 @@ from touchdown.studies.results import StudyResults
 
 
 def run_tables(results: Mapping[str, StudyResults]) -> dict[str, pl.DataFrame]:
-    """The runs of every study that has any, for readers who want to compute more."""
+    """The runs of every study that has any, for further analysis."""
     return {name: each.table() for name, each in results.items() if each.runs}
 
 
 def level_table(results: StudyResults, metric: str) -> pl.DataFrame:
-    """Every level in numbers, and compared with the base; null for what it has not.
+    """The numbers of every level, and its comparison with the base; null for missing numbers.
 
     Args:
-        results: of a study.
-        metric: what is summarised and compared, one of `METRICS`.
+        results: results of a study.
+        metric: the metric to summarise and compare, one of `METRICS`.
     """
     rows = [
         {"study": results.study.name, "metric": metric, **_level_row(level)}

@@ -41,7 +41,7 @@ def _section(section: Section, out: Path) -> str:
 
 
 def _claims(section: Section) -> str:
-    """A table of the claims; with their sections where they are a paper's."""
+    """A table of the claims, with their sections if they come from a paper."""
     of_paper = any(claim.section for claim in section.claims)
     rows = [("claim", *["section"] * of_paper, "verdict", "numbers")]
     rows += [("---",) * len(rows[0])]

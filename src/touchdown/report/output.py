@@ -15,9 +15,9 @@ from touchdown.studies.results import StudyResults
 
 PAGE = "index.html"
 CLAIMS = "claims"
-"""The name of the table of claims, which no study may have."""
+"""Name of the table of claims; studies may not use it."""
 _SUMMARY = "summary.md"
-_DIGITS = 8  # of a number in a table
+_DIGITS = 8  # significant digits of a number in a table
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,9 +26,9 @@ class Report:
 
     page: Path
     decisions: dict[str, list[Decision]]
-    """By topic."""
+    """Decisions by topic."""
     results: dict[str, StudyResults]
-    """By study."""
+    """Results by study."""
 
 
 def write_report(page: Page, tables: Mapping[str, pl.DataFrame], out: Path) -> Path:

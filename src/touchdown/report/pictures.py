@@ -86,7 +86,7 @@ def save_rows(
         lines: numbers to compare with, by name.
         shares: whether they are shares, from 0 to 1.
         from_zero: whether their axis begins at 0.
-        shown: what is beyond these two is cut off; None shows all seeds.
+        shown: limits of the axis; numbers beyond them are cut off. None shows all seeds.
     """
     figure = style.new_figure(7.2, 0.9 + 0.5 * len(rows))
     known = [row for row in rows if len(row.values)]
@@ -104,7 +104,7 @@ def _save(figure: Figure, stem: Path) -> None:
 
 
 def save_all_curves(title: str, results: StudyResults, of: str, stem: Path) -> list[Picture]:
-    """Draw a study's levels over training: in one picture, or each with its base if too many.
+    """Draw a study's levels over training: in one picture or, if they are too many, one per level.
 
     The base of a rung of the ladder is the rung that it builds on, if the study has it; the base of
     other levels is the study's.
@@ -162,7 +162,7 @@ def _save_curves(
 def _lander_or_all(
     results: StudyResults, lander: tuple[float, float]
 ) -> tuple[float, float] | None:
-    """The returns that a picture shows: of another environment than the lander, all."""
+    """Limits of the returns in a picture; None, for all of them, in other environments."""
     of_lander = all(rules.is_lander(cell.config.env_id) for cell in results.study.cells())
     return lander if of_lander else None
 

@@ -33,7 +33,7 @@ def _points(value: float) -> str:
 
 
 def _known(value: float, spec: str) -> str:
-    """A number; a dash if the run was not tested and has none."""
+    """A number, or a dash if the run was not tested."""
     return _NONE if math.isnan(value) else format(value, spec)
 
 
@@ -51,8 +51,8 @@ def level_table(results: StudyResults, metric: str) -> Table:
     """The numbers of each cell's seeds, and the comparison with the base.
 
     Args:
-        results: of a study.
-        metric: what is summarised and compared.
+        results: results of a study.
+        metric: the metric to summarise and compare.
     """
     levels = summarise_levels(results, metric)
     text_of = formatter(metric, [np.array(level.seeds.values) for level in levels])
@@ -82,7 +82,7 @@ def level_table(results: StudyResults, metric: str) -> Table:
 
 
 def _against_base(level: LevelSummary, text_of: Callable[[float], str]) -> tuple[str, str, str]:
-    """The difference, the probability of improvement and p; dashes where there is none."""
+    """The difference, the probability of improvement and p; dashes without a comparison."""
     if level.against_base is None:
         return _NONE, _NONE, _NONE
     found = level.against_base.comparison
@@ -109,7 +109,7 @@ def _solved_text(results: StudyResults) -> str:
 
 
 def _training_cells(level: LevelSummary, text_of: Callable[[float], str]) -> tuple[str, ...]:
-    """How training went for a level's seeds."""
+    """Statistics of training for a level's seeds."""
     return (
         text_of(level.last_weights),
         text_of(level.over_training),
@@ -119,7 +119,7 @@ def _training_cells(level: LevelSummary, text_of: Callable[[float], str]) -> tup
 
 
 def _to_solved(found: Reached) -> str:
-    """The median over seeds, and how many got there."""
+    """The median over seeds, and how many seeds reached the threshold."""
     median = "never" if math.isinf(found.median) else f"{found.median:,.0f}"
     return median if found.reached == found.n else f"{median} ({found.reached} of {found.n})"
 

@@ -25,7 +25,7 @@ CURVE, FLIGHTS, POLICY = "learning-curve.png", "flights.png", "policy.png"
 GIF, MP4 = "landing.gif", "landing.mp4"
 PICTURES = (CURVE, FLIGHTS, POLICY, GIF, MP4)
 _DONE = CURVE  # the last file that a run writes
-_MOST_BYTES = 4_000_000  # of a picture in a notebook; a larger one is none that a run draws
+_MOST_BYTES = 4_000_000  # per picture in a notebook; a run's own pictures are smaller
 _CURVE_WIDTH = 600  # pixels
 
 
@@ -75,7 +75,7 @@ class Run:
         return f"<Run {notebook.plain(f'{self.name}: {_in_short(self)}')}>"
 
     def _repr_html_(self) -> str:
-        """The facts beside the learning curve, for a notebook."""
+        """The facts and the learning curve, for a notebook."""
         try:
             return notebook.facts_html(self.name, _in_short(self), _facts(self), _curve(self))
         except (OSError, UserError) as error:
@@ -117,7 +117,7 @@ def evaluations_of(run: Run) -> list[Evaluation]:
 
 
 def _in_short(run: Run) -> str:
-    """The environment, how far the run is and its result, or what is broken."""
+    """The environment, the state of the run and its result, or the error of a broken run."""
     try:
         env_id, status, evaluation = run.config.env_id, run.status, run.evaluation
     except (OSError, UserError) as error:
@@ -131,7 +131,7 @@ def _in_short(run: Run) -> str:
 
 
 def _facts(run: Run) -> list[tuple[str, str]]:
-    """What `show` prints, for a table.
+    """The rows that `show` prints.
 
     Raises:
         UserError: the run's files are broken.
@@ -171,13 +171,13 @@ class RunFacts(msgspec.Struct, frozen=True, kw_only=True, rename={"env_steps": "
     preset: str
     env_id: str
     seed: Count
-    """Of training."""
+    """Training seed."""
     config_digest: str
     episodes: Count
-    """Seconds of training so far."""
+    """Training episodes so far."""
     env_steps: Count
     seconds: Seconds
-    """Of training."""
+    """Seconds of training so far."""
     test: Summary | None
     """Summary of the test episodes; None while the run is not finished."""
 

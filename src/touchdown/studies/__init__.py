@@ -1,7 +1,7 @@
 """Studies: many runs, the claims about them, and their verdicts.
 
-What a study in Python is made of can be imported from here: `Study`, `Factor`, `Level`, `Claim`,
-and the kinds of claims. Each is loaded when it is first used: a worker needs none of them.
+The classes for a study in Python can be imported from here: `Study`, `Factor`, `Level`, `Claim`,
+and the kinds of claims. Each is loaded when it is first used, because a worker needs none of them.
 """
 
 import importlib

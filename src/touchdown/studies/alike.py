@@ -18,7 +18,7 @@ _METRES = np.array([10.0, 20.0 / 3.0])  # half viewports, horizontally and verti
 
 @dataclass(frozen=True, slots=True)
 class SeedDistances:
-    """Distances of one training seed's flights in metres, each a mean over starts."""
+    """Distances of one training seed's flights in metres: means over starts."""
 
     seed: int
     to_pid: float
@@ -42,7 +42,7 @@ class AgentDistances:
         """One number per seed, for claims.
 
         Args:
-            name: `to the PID`, `to random`, `to another seed`, or the first over the last.
+            name: `to the PID`, `to random`, `to another seed`, or the ratio of first to last.
             metric: `distance` in metres, or `ratio`.
         """
         del metric  # the name says which
@@ -52,7 +52,7 @@ class AgentDistances:
             "to another seed": [
                 float(np.mean(each.to_other_seeds)) for each in self.of if each.to_other_seeds
             ],
-            # without a ratio if all flights of the seeds are equal
+            # no ratio if all flights of the seeds are equal
             "to the PID, over to another seed": [
                 each.ratio for each in self.of if any(each.to_other_seeds)
             ],

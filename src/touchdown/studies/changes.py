@@ -8,12 +8,12 @@ import numpy as np
 from touchdown.core.errors import UserError
 
 Changes = Mapping[str, Any]
-"""Changes to a config: a section's as a mapping, a field's as a value or by its dotted name, such
+"""Changes to a config: a mapping for a section, a value for a field, whose name may be dotted, such
 as `learning.gamma`; `preset` starts from another preset."""
 
 
 def nested(changes: Changes) -> dict[str, Any]:
-    """The same changes as tables within tables of plain values, as a TOML file has them.
+    """The same changes as nested tables of plain values, as in a TOML file.
 
     Raises:
         UserError: a field is set twice, or is also a section.
@@ -42,7 +42,7 @@ def _by_dotted_name(changes: Changes, before: str = "") -> Iterator[tuple[str, A
 
 
 def _plain(value: Any) -> Any:
-    """A value that TOML has: no tuple, and nothing of NumPy's."""
+    """The value as a TOML type: lists for tuples, Python's numbers for NumPy's."""
     if isinstance(value, np.generic | np.ndarray):
         return _plain(value.tolist())
     if isinstance(value, list | tuple):

@@ -1,7 +1,7 @@
-"""The kinds of tests that decide claims, each on one number per training seed.
+"""The tests that decide claims, from one number per training seed.
 
-A cell is named by the label of its level; with two factors by both labels, such as `0.99 · 32`. The
-fields of a kind have the same names in Python and in a study file.
+A cell is named by the label of its level or, with two factors, by both labels, such as `0.99 · 32`.
+The fields of a kind have the same names in Python and in a study file.
 """
 
 import math
@@ -44,11 +44,11 @@ class Greater:
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """The cells that it is about."""
+        """The cells that are tested."""
         return self.above, self.below
 
     def find(self, values: Values, metric: str) -> Finding | None:
-        """What the numbers say; None while there are too few seeds."""
+        """The finding; None while there are too few seeds."""
         base, other = values(self.below, metric), values(self.above, metric)
         if min(len(base), len(other)) < _MIN_SEEDS:
             return None
@@ -70,12 +70,12 @@ class Trend:
     """The numbers rise, or fall, from level to level: Kendall's τ.
 
     Raises:
-        UserError: there are fewer than two levels, or one is there twice.
+        UserError: there are fewer than two levels, or a level occurs twice.
     """
 
     kind: ClassVar[str] = "trend"
     levels: CellNames
-    """In their order."""
+    """Labels, in order."""
     direction: Literal["rise", "fall"] = "rise"
 
     def __post_init__(self) -> None:
@@ -83,11 +83,11 @@ class Trend:
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """The cells that it is about."""
+        """The cells that are tested."""
         return self.levels
 
     def find(self, values: Values, metric: str) -> Finding | None:
-        """What the numbers say; None while there are too few seeds."""
+        """The finding; None while there are too few seeds."""
         groups = [values(level, metric) for level in self.levels]
         if min(map(len, groups)) < _MIN_SEEDS:
             return None
@@ -110,7 +110,7 @@ class Trend:
 
 @dataclass(frozen=True, slots=True)
 class SweetSpot:
-    """A level between two others is better than both: two one-sided t tests must say so.
+    """A level between two others is better than both: two one-sided t-tests, both significant.
 
     Raises:
         UserError: two of the three levels are the same.
@@ -126,11 +126,11 @@ class SweetSpot:
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """The cells that it is about."""
+        """The cells that are tested."""
         return self.first, self.inside, self.last
 
     def find(self, values: Values, metric: str) -> Finding | None:
-        """What the numbers say; None while there are too few seeds."""
+        """The finding; None while there are too few seeds."""
         sides = [Greater(self.inside, end).find(values, metric) for end in (self.first, self.last)]
         known = [side for side in sides if side is not None]
         if len(known) < len(sides):
@@ -143,16 +143,16 @@ class SweetSpot:
 
 @dataclass(frozen=True, slots=True)
 class Best:
-    """One of `among` has the greatest mean of all levels: how often, when seeds are resampled.
+    """One of `among` has the greatest mean of all levels: tested by resampling the seeds.
 
     Raises:
-        UserError: `among` is empty, all of the levels or not of them, or a level is there twice.
+        UserError: `among` is empty, contains all levels or an unknown one, or a level occurs twice.
     """
 
     kind: ClassVar[str] = "best"
     among: CellNames
     levels: CellNames
-    """All that are compared, those of `among` too."""
+    """All levels that are compared, including those of `among`."""
 
     def __post_init__(self) -> None:
         _check(self, self.levels)
@@ -161,11 +161,11 @@ class Best:
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """The cells that it is about."""
+        """The cells that are tested."""
         return self.levels
 
     def find(self, values: Values, metric: str) -> Finding | None:
-        """What the numbers say; None while there are too few seeds."""
+        """The finding; None while there are too few seeds."""
         groups = [values(level, metric) for level in self.levels]
         if min(map(len, groups)) < _MIN_SEEDS:
             return None
@@ -200,7 +200,7 @@ class Beyond:
     kind: ClassVar[str] = "beyond"
     level: CellName
     number: float
-    """In the metric's own unit: return points, or a share from 0 to 1."""
+    """In the metric's unit: return points, or a share from 0 to 1."""
     side: Literal["above", "below"] = "above"
 
     def __post_init__(self) -> None:
@@ -208,11 +208,11 @@ class Beyond:
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """The cells that it is about."""
+        """The cells that are tested."""
         return (self.level,)
 
     def find(self, values: Values, metric: str) -> Finding | None:
-        """What the numbers say; None while there are too few seeds."""
+        """The finding; None while there are too few seeds."""
         seen = values(self.level, metric)
         if len(seen) < _MIN_SEEDS:
             return None
@@ -238,20 +238,20 @@ class Near:
     kind: ClassVar[str] = "near"
     level: CellName
     number: float
-    """In the metric's own unit: return points, or a share from 0 to 1."""
+    """In the metric's unit: return points, or a share from 0 to 1."""
     within: Margin
-    """In the same unit."""
+    """The margin, in the same unit."""
 
     def __post_init__(self) -> None:
         _check(self)
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """The cells that it is about."""
+        """The cells that are tested."""
         return (self.level,)
 
     def find(self, values: Values, metric: str) -> Finding | None:
-        """What the numbers say; None while there are too few seeds."""
+        """The finding; None while there are too few seeds."""
         seen = values(self.level, metric)
         if len(seen) < _MIN_SEEDS:
             return None
@@ -280,18 +280,18 @@ class Alike:
     one: CellName
     other: CellName
     within: Margin
-    """In the metric's own unit: return points, or a share from 0 to 1."""
+    """In the metric's unit: return points, or a share from 0 to 1."""
 
     def __post_init__(self) -> None:
         _check(self, self.cells)
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """The cells that it is about."""
+        """The cells that are tested."""
         return self.one, self.other
 
     def find(self, values: Values, metric: str) -> Finding | None:
-        """What the numbers say; None while there are too few seeds."""
+        """The finding; None while there are too few seeds."""
         one, other = values(self.one, metric), values(self.other, metric)
         if min(len(one), len(other)) < _MIN_SEEDS:
             return None
@@ -316,11 +316,11 @@ Test = Greater | Trend | SweetSpot | Best | Beyond | Near | Alike
 KINDS: dict[str, type[Test]] = {
     each.kind: each for each in (Greater, Trend, SweetSpot, Best, Beyond, Near, Alike)
 }
-"""By the word that names them in a study file."""
+"""The kinds by their names in a study file."""
 
 
 def _check(test: Any, compared: Sequence[str] | None = None) -> None:
-    """Refuse fields of another type or out of bounds, and cells that cannot be compared."""
+    """Refuse fields of the wrong type or out of range, and cells that cannot be compared."""
     try:
         settle(test)
     except ValueError as error:
@@ -331,7 +331,7 @@ def _check(test: Any, compared: Sequence[str] | None = None) -> None:
         raise UserError(f"levels = {list(compared)!r}: must be at least 2")
     twice = next((cell for cell in compared if list(compared).count(cell) > 1), None)
     if twice is not None:
-        raise UserError(f"level {twice!r}: is there twice, must be once")
+        raise UserError(f"level {twice!r}: occurs twice, must occur once")
 
 
 def _one_sided(p: float, *, as_said: bool) -> float:
@@ -340,7 +340,7 @@ def _one_sided(p: float, *, as_said: bool) -> float:
 
 
 def _both(sides: Sequence[Finding], evidence: str) -> Finding:
-    """The finding from two tests that must both be in favour."""
+    """The finding of two tests that must both support the claim."""
     p_for = max(side.p_for for side in sides)
     # the claim fails if either test does, which doubles the probability of that by chance
     p_against = min(1.0, 2 * min(side.p_against for side in sides))

@@ -1,4 +1,4 @@
-"""Claims and their verdicts; each is decided by a test on the seeds' numbers, never by a person."""
+"""Claims and their verdicts, decided by statistical tests on one number per training seed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ VERDICTS: tuple[Verdict, ...] = ("holds", "does not hold", "undecided")
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """A statement, written down before the numbers, and the test that decides it.
+    """A statement made before the results are known, and the test that decides it.
 
     Example:
         ```python
@@ -25,16 +25,16 @@ class Claim:
         ```
 
     Raises:
-        UserError: the sentence is empty or has several lines, or the test is of no known kind.
+        UserError: the sentence is empty or has several lines, or the kind of test is unknown.
     """
 
     sentence: str
-    """As it stands on the page."""
+    """The claim in words, as shown on the page."""
     test: Test
     metric: str = ""
-    """What the test looks at, one of `METRICS`; the study's own metric if empty."""
+    """The metric that is tested, one of `METRICS`; if empty, the study's metric."""
     section: str = ""
-    """Of the paper; empty for a claim that is not the paper's."""
+    """Section of the paper; empty for a claim that is not the paper's."""
 
     def __post_init__(self) -> None:
         for name in ("sentence", "metric", "section"):
@@ -53,7 +53,7 @@ class Decision:
 
     claim: Claim
     metric: str
-    """What was looked at."""
+    """The metric that was tested."""
     verdict: Verdict
     evidence: str
     p_raw: float
@@ -61,19 +61,19 @@ class Decision:
     p_value: float
     """`p_raw`, corrected for the other claims of the study."""
     seeds: int
-    """Seeds of the cell that has the fewest, of those that the claim is about."""
+    """Smallest number of seeds in a tested cell."""
     more_seeds: int | None
-    """How many more of each cell would likely decide it; None where it is decided, or where no
-    number of seeds that can be run would do."""
+    """Number of further seeds per cell that would probably decide it; None if it is decided, or if
+    no feasible number would."""
 
 
 def decide(claims: Sequence[Claim], values: Values, metric: str = DEFAULT_METRIC) -> list[Decision]:
-    """A verdict on each claim; the chance that any is wrong is at most one in twenty (Holm, 1979).
+    """Decide each claim; the probability of any false decision is at most 5% (Holm, 1979).
 
     Args:
         claims: the claims of one study.
         values: the study's numbers.
-        metric: what claims that name no metric are about.
+        metric: the metric of claims that name none.
     """
     metrics = [claim.metric or metric for claim in claims]
     findings = [claim.test.find(values, of) for claim, of in zip(claims, metrics, strict=True)]

@@ -67,7 +67,7 @@ class Estimate:
     """Runs, tunings and baselines that lack only their flights."""
 
     def __str__(self) -> str:
-        """As a sentence."""
+        """The estimate as a sentence."""
         if not self.missing + self.tunings + self.unrecorded:
             return "nothing is missing"
         hours, minutes = divmod(max(1, round(self.seconds / 60)), 60)

@@ -1,4 +1,4 @@
-"""What a test of a claim finds, and how a p-value is shown."""
+"""The result of testing a claim, and the format of p-values."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,23 +11,23 @@ LEAST_P = 0.001
 Values = Callable[[str, str], FloatArray]
 """One number per seed of a cell, [n], by the cell's name and the metric's."""
 SeedsNeeded = Callable[[float], int | None]
-"""How many seeds of each cell would likely bring a test's p-value below an alpha; None if more
-than anyone can run."""
+"""Number of seeds per cell that would probably bring a test's p-value below alpha; None if no
+feasible number would."""
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What a test found."""
+    """The result of a test."""
 
     p_for: float
-    """Chance of numbers at least as much in favour if the claim were only just false."""
+    """Probability of results at least this favourable, if the claim is only just false."""
     p_against: float
-    """Chance of numbers at least as much against it if the claim were only just true."""
+    """Probability of results at least this unfavourable, if the claim is only just true."""
     evidence: str
     seeds: int
-    """Seeds of the cell that has the fewest."""
+    """Smallest number of seeds in a cell."""
     seeds_needed: SeedsNeeded
-    """By the alpha that the two-sided p-value must be below."""
+    """A function of alpha, the level that the two-sided p-value must be below."""
 
     @property
     def p_value(self) -> float:

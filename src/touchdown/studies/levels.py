@@ -1,4 +1,4 @@
-"""A study's levels in numbers: each summarised over its seeds and compared with the base."""
+"""A study's levels, summarised over their seeds and compared with the base."""
 
 from dataclasses import dataclass
 
@@ -18,19 +18,19 @@ class AgainstBase:
 
     comparison: Comparison
     p_corrected: float
-    """Of the difference, corrected for the study's other levels (Holm, 1979)."""
+    """p-value of the difference, corrected for the study's other levels (Holm, 1979)."""
 
 
 @dataclass(frozen=True, slots=True)
 class LevelSummary:
-    """One cell of a study, in numbers."""
+    """The numbers of one cell of a study."""
 
     cell: Cell
     is_base: bool
     seeds: SeedSummary
-    """Of the metric."""
+    """Summary of the metric."""
     last_weights: float
-    """Mean return of the last weights: on test starts; on validation's where there is no test."""
+    """Mean return of the final weights: on test starts, or on validation starts without a test."""
     over_training: float
     """Mean validation return over training."""
     env_steps_to_solved: Reached
@@ -40,11 +40,11 @@ class LevelSummary:
 
 
 def summarise_levels(results: StudyResults, metric: str) -> list[LevelSummary]:
-    """Every cell that has a finished run, in the order of the study.
+    """Every cell with a finished run, in the study's order.
 
     Args:
-        results: of a study.
-        metric: what is summarised and compared, one of `METRICS`.
+        results: results of a study.
+        metric: the metric to summarise and compare, one of `METRICS`.
     """
     base = results.study.base_cell()
     cells = [cell for cell in results.study.cells() if results.of(cell.labels)]

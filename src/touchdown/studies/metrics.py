@@ -13,13 +13,13 @@ METRICS = {
     "hover_share": "share of training episodes that ran 1000 steps",
     "worst_return": "lowest test return",
 }
-"""What each number is, in return points or shares; fields of `RunResult`."""
+"""What each metric measures, in return points or shares; the names are fields of `RunResult`."""
 DEFAULT_METRIC = "best_return"
 TEST_METRICS = ("best_return", "last_return", "worst_return")
 """Metrics that need a test."""
 
 
-_SMALL = 10.0  # numbers below it are told apart by their decimals
+_SMALL = 10.0  # smaller numbers are shown with decimals
 _OF_PATHS = ("distance", "ratio")  # of the paper's comparison of flights
 
 
@@ -29,13 +29,13 @@ def is_share(metric: str) -> bool:
 
 
 def formatter(metric: str, groups: Iterable[FloatArray]) -> Callable[[float], str]:
-    """What formats a metric's numbers, all of a table or of a sentence alike.
+    """A formatter for a metric's numbers, the same for a whole table or sentence.
 
     Shares are in percent. Returns are whole numbers, with decimals where all are small.
 
     Args:
         metric: one of `METRICS`, or of the paper's comparison of flights.
-        groups: the numbers that are shown beside each other.
+        groups: the numbers that are shown together.
     """
     if is_share(metric):
         return "{:.1%}".format

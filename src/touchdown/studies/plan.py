@@ -1,4 +1,4 @@
-"""A study: a base config, one or two factors with their levels, seeds, claims; and its runs."""
+"""A study: a base config, one or two factors with levels, seeds and claims; and its runs."""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -15,9 +15,9 @@ from touchdown.studies.claims import Claim
 from touchdown.studies.metrics import DEFAULT_METRIC, METRICS, TEST_METRICS
 
 FIRST_TUNING_SEED = 10_000
-"""Training seeds from here on are for choosing settings; no result is reported on them."""
+"""Training seeds from this one on are for choosing settings; no results are reported on them."""
 BETWEEN_LABELS = " · "
-"""Between the labels of a cell of two factors."""
+"""Separates the labels in the name of a cell of two factors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,9 +35,9 @@ class Level:
 
     label: str
     changes: Changes = field(default_factory=dict[str, Any])
-    """What its runs change; kept as tables within tables, as a TOML file has them."""
+    """Changes to the base config; stored as nested tables, as in a TOML file."""
     position: float | None = None
-    """Its position on the factor's axis; None if values are words."""
+    """Its position on the factor's axis; None if levels are not numbers."""
     series: str = ""
     """Its line in a figure, if a factor has several lines."""
 
@@ -51,7 +51,7 @@ class Level:
 
 @dataclass(frozen=True, slots=True)
 class Factor:
-    """What is varied.
+    """What a study varies, and its levels.
 
     Example:
         ```python
@@ -60,7 +60,7 @@ class Factor:
         ```
 
     Raises:
-        UserError: there are no levels, or two of one label.
+        UserError: there are no levels, or two have the same label.
     """
 
     name: str
@@ -80,12 +80,12 @@ class Factor:
         """A factor with a level for each value of one field; a value's text is its label.
 
         Args:
-            field: by its dotted name, such as `learning.gamma`, or `preset`.
-            values: in their order.
-            name: of the factor; the field's if empty.
+            field: the field's dotted name, such as `learning.gamma`, or `preset`.
+            values: the field's values, in order.
+            name: the factor's name; if empty, the field's name.
 
         Raises:
-            UserError: there are no values, or two of one text.
+            UserError: there are no values, or two have the same text.
         """
         return cls(name or field, levels_of(field, values))
 
@@ -99,7 +99,7 @@ class Cell:
 
     @property
     def name(self) -> str:
-        """As it stands in tables."""
+        """Its name in tables."""
         return BETWEEN_LABELS.join(self.labels)
 
 
@@ -123,9 +123,9 @@ class PlannedRun:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Study:
-    """What is varied, from which base, over how many seeds, and what is claimed of it.
+    """A base config, the factors that are varied, training seeds, and claims.
 
-    A study file is the same in TOML.
+    A study file contains the same as TOML.
 
     Example:
         ```python
@@ -140,32 +140,32 @@ class Study:
         ```
 
     Raises:
-        UserError: a field of another type, more than two factors, two cells of one name, a level
+        UserError: a field of the wrong type, more than two factors, two cells of one name, a level
             whose changes the config refuses, a metric that is unknown or needs a test, or a claim
             about a level or a metric that the study does not have.
     """
 
     name: str
-    """Letters, digits, `.`, `_` and `-`: its page and its tables have this name."""
+    """Letters, digits, `.`, `_` and `-`: its page and its tables get this name."""
     factors: Sequence[Factor]
     """One or two."""
     seeds: int = 5
     """Training seeds of each cell."""
     base: str | Config = "paper-best"
-    """What all cells start from, unless a level names another preset: a preset's name, or settings
-    (their seed does not count)."""
+    """Base of all cells unless a level names another preset: a preset's name, or a config, whose
+    seed is ignored."""
     changes: Changes = field(default_factory=dict[str, Any])
     """Changes to all cells, applied before those of a level."""
     base_level: str = ""
     """The baseline: a level of the first factor, or the full name of a cell; if empty, the first
     cell."""
     first_seed: int = 0
-    """The least training seed. A search for settings takes `FIRST_TUNING_SEED` or above."""
+    """The smallest training seed. A search for settings uses `FIRST_TUNING_SEED` or above."""
     metric: str = DEFAULT_METRIC
-    """What its report shows and compares, one of `METRICS`. A study without a test
-    (`test_episodes = 0`) has no return on test starts: it takes `validation_return`."""
+    """The metric that its report shows and compares, one of `METRICS`. A study without a test
+    (`test_episodes = 0`) has no return on test starts and needs `validation_return`."""
     title: str = ""
-    """Of its page; its name if empty."""
+    """Title of its page; if empty, the study's name."""
     question: str = ""
     """The first sentence of its page."""
     claims: Sequence[Claim] = ()
@@ -217,7 +217,7 @@ class Study:
         """All runs, ordered by seed, so that a study stopped early has a few seeds of every cell.
 
         Args:
-            seeds: number of seeds; None uses the study's own number.
+            seeds: number of seeds; None uses the study's number.
         """
         count = self.seeds if seeds is None else seeds
         seeds_in_order = range(self.first_seed, self.first_seed + count)
@@ -273,10 +273,10 @@ def _position(value: Any) -> float | None:
 
 
 def _check_types(instance: object, **kinds: Any) -> None:
-    """Refuse fields of another type.
+    """Refuse fields of the wrong type.
 
     Raises:
-        UserError: one is; it names the field.
+        UserError: a field has the wrong type; the message names it.
     """
     for name, kind in kinds.items():
         said = complaint(getattr(instance, name), kind, name)
@@ -290,7 +290,7 @@ def _check_is(value: object, kind: Any, name: str, wanted: str) -> None:
 
 
 def _all_are(values: object, kind: type[Any], name: str) -> tuple[Any, ...]:
-    """A sequence as a tuple, after a check of its entries' type."""
+    """A sequence as a tuple; the types of its entries are checked."""
     entries = tuple(cast(Sequence[object], values)) if isinstance(values, list | tuple) else None
     if entries is None or not all(isinstance(entry, kind) for entry in entries):
         raise UserError(f"{name} = {values!r}: must be a list of {kind.__name__}")

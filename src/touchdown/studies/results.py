@@ -51,7 +51,7 @@ class RunResult:
     landed: float
     env_steps: int
     seconds: float
-    """Seconds of training; until it was known to be solved, if the run stops then."""
+    """Seconds of training, up to the decision to stop if the run stops when solved."""
     env_steps_to_solved: float
     """Environment steps before a validation first reached the threshold; ∞ if none did."""
     seconds_to_solved: float
@@ -70,12 +70,12 @@ class RunResult:
 
     @property
     def is_tested(self) -> bool:
-        """Whether its config asks for a test."""
+        """Whether its config includes a test."""
         return self.test is not None
 
     @property
     def return_of_last(self) -> float:
-        """Of the last weights: on test starts, or where there is no test on validation's."""
+        """Mean return of the final weights on test starts or, without a test, validation starts."""
         return self.last_return if self.is_tested else self.last_validation
 
     @property

@@ -124,7 +124,7 @@ def open_study(url: str, name: str, seed: int) -> optuna.Study:
             sampler=optuna.samplers.TPESampler(seed=seed),
             pruner=optuna.pruners.MedianPruner(n_startup_trials=_STARTUP, n_warmup_steps=0),
         )
-    except Exception as error:  # noqa: BLE001 - each database has errors of its own
+    except Exception as error:  # noqa: BLE001 - each database raises its own errors
         raise UserError(f"storage = {url!r}: cannot be opened: {one_line(error)[:200]}") from None
 
 

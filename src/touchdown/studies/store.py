@@ -153,7 +153,7 @@ class StartedStudy:
 
 
 def note_started(store: Store, study: StartedStudy) -> None:
-    """Remember how a study was started.
+    """Record how a study was started.
 
     Raises:
         UserError: it cannot be written.
@@ -166,12 +166,12 @@ def note_started(store: Store, study: StartedStudy) -> None:
 
 
 def kept_file(store: Store, study: Study) -> Path:
-    """Where a study that was made in Python is kept as a study file."""
+    """The study file of a study made in Python."""
     return store.path / "begun" / f"{study.name}.toml"
 
 
 def keep(store: Store, study: Study) -> Path:
-    """Keep a study that was made in Python as a study file, for the command line and for later.
+    """Save a study made in Python as a study file, so that the command line finds it.
 
     Returns:
         The file.

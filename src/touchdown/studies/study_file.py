@@ -1,4 +1,4 @@
-"""Studies to TOML files and back."""
+"""Reads and writes studies as TOML files."""
 
 import dataclasses
 from pathlib import Path
@@ -64,8 +64,8 @@ def from_toml(path: Path) -> Study:
     """The study in a TOML file.
 
     Raises:
-        UserError: an unreadable file, an unknown field, an empty factor, a value that the config
-            refuses, a claim that cannot be decided, another format version.
+        UserError: the file cannot be read or has another format version, a field is unknown, a
+            factor is empty, the config refuses a value, or a claim cannot be decided.
     """
     file = records.convert(toml.read_toml(path), _StudyFile, path)
     if file.format_version != FORMAT_VERSION:
@@ -96,7 +96,7 @@ def from_toml(path: Path) -> Study:
 
 
 def to_toml(study: Study) -> str:
-    """A study as TOML, every field written out; `from_toml` gives an equal study back."""
+    """A study as TOML with all fields; `from_toml` returns an equal study."""
     base = study.base if isinstance(study.base, str) else toml.to_dict(study.base)
     return tomli_w.dumps(
         {
@@ -152,7 +152,7 @@ def _claim_from(number: int, table: dict[str, Any]) -> Claim:
     """The claim in a table.
 
     Args:
-        number: of the table, from 1.
+        number: number of the table, from 1.
         table: `[[claim]]`.
     """
     where = f"[[claim]] {number}"

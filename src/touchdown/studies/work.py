@@ -70,7 +70,7 @@ class TrainJob:
         A run finished by a version that did not record flights is not trained again.
         """
         device.use_default()
-        # whoever planned the study has checked that the user names this code or trusts the file
+        # when the study was planned, the user named this code or trusted the file
         plugins.allow(self.config.env_id, self.config.algorithm)
         folder = RunFolder(store / self.digest)
         run = Run(folder)
@@ -168,7 +168,7 @@ class BaselineJob:
         return RunFolder(store / self.digest).evaluation.is_file()
 
     def is_done(self, store: Path) -> bool:
-        """As `has_results`, because the paths are written before the evaluation."""
+        """The same as `has_results`, because the paths are written before the evaluation."""
         return self.has_results(store)
 
     def perform(

@@ -1,4 +1,4 @@
-"""A test kit for agents of your own: `check_agent` checks the contract with training."""
+"""A test kit for your own agents: `check_agent` checks the contract with training."""
 
 from touchdown.testing.chain import Chain
 from touchdown.testing.contract import check_agent

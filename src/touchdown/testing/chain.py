@@ -12,9 +12,9 @@ from touchdown.core.types import FloatArray
 class Chain(gymnasium.Env[Any, Any]):
     """Five states in a row, observed one-hot; action 1 goes right, action 0 left.
 
-    Going right from the last state terminates the episode with a reward of 8. Left of the first
-    state is a wall: going there has a reward of 0.1, a bait. The optimal action is 1 in every state
-    for a discount from 0.4 to 0.98. The first state of an episode is the seed modulo five.
+    Going right from the last state terminates the episode with a reward of 8. Going left in the
+    first state stays there, with a reward of 0.1 as a decoy. The optimal action is 1 in every state
+    for a discount from 0.4 to 0.98. An episode starts in the state of the seed modulo five.
 
     Args:
         limit: steps after which an episode is truncated.
@@ -29,7 +29,7 @@ class Chain(gymnasium.Env[Any, Any]):
 
     @classmethod
     def model(cls, state: int, action: int) -> tuple[float, int | None]:
-        """The reward, and the next state, which is None after termination."""
+        """The reward and the next state; None after termination."""
         if action == 1:
             return (0.0, state + 1) if state + 1 < cls.STATES else (cls.GOAL, None)
         return (0.0, state - 1) if state else (cls.BAIT, 0)

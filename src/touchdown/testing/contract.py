@@ -1,4 +1,4 @@
-"""Checks of the contract between training and an agent of the user's."""
+"""Checks that a user's agent fulfils the contract with training."""
 
 import tempfile
 from collections.abc import Mapping
@@ -48,19 +48,19 @@ def check_agent(
 ) -> None:
     """Check that an agent of your own fulfils the contract with training.
 
-    It must choose valid actions, learn the optimal policy of a chain of five states, repeat from
-    its seed to the last bit, and go on identically from a checkpoint that was written and read.
+    It must choose valid actions, learn the optimal policy of a chain of five states, repeat bit
+    for bit from the same seed, and continue identically from a checkpoint on disk.
 
     Args:
         agent: the class, or its name, `package.module:Class`.
         options: passed to the class by name.
-        settings: other settings than the small ones for the chain; `algorithm` and `options` are
+        settings: settings in place of the small ones for the chain; `algorithm` and `options` are
             replaced.
-        env_steps: after which the policy must be optimal.
+        env_steps: environment steps after which the policy must be optimal.
 
     Raises:
-        AssertionError: the contract is broken; the message says where.
-        UserError: the class cannot be found, lacks a member, or does not take the options.
+        AssertionError: the contract is broken; the message says how.
+        UserError: the class cannot be found, lacks a member, or does not accept the options.
     """
     device.use_default()
     if isinstance(agent, str):
@@ -95,14 +95,14 @@ def _small() -> Config:
 
 
 class _Setup(NamedTuple):
-    """An agent at the start of training, and what it acts in."""
+    """An agent at the start of training, and its environments."""
 
     agent: Agent
     streams: Streams
     pool: StockEnvPool
 
     def steps(self, underway: Underway | None = None) -> Any:
-        """The training loop, from the first episodes on or from those under way."""
+        """The training loop, from new episodes or from the given unfinished ones."""
         first = begin(self.pool, int, _NUM_ENVS) if underway is None else underway
         return interact(self.agent, self.pool, int, first)
 
@@ -119,7 +119,7 @@ def _check_actions(config: Config) -> None:
         actions: Any = np.asarray(agent.act(_STATES[:_NUM_ENVS]))
         _require(
             actions.shape == (_NUM_ENVS,) and np.issubdtype(actions.dtype, np.integer),
-            f"act: gave {actions!r} for {_NUM_ENVS} observations, must be as many whole numbers",
+            f"act: gave {actions!r} for {_NUM_ENVS} observations, must be as many integers",
         )
         valid = bool(((actions >= 0) & (actions < _SPACES.num_actions)).all())
         _require(valid, f"act: gave {actions!r}, must be from 0 to {_SPACES.num_actions - 1}")
@@ -130,7 +130,7 @@ def _check_weights(config: Config) -> None:
     loop = setup.steps()
     _run(loop, 100)
     weights = setup.agent.weights()
-    given: Any = weights  # whatever the type says
+    given: Any = weights  # a user's class may not match its types
     _require(
         isinstance(given, dict) and bool(weights) and all(map(_is_array, weights.values())),
         "weights: must be a dictionary of NumPy arrays",
@@ -140,20 +140,22 @@ def _check_weights(config: Config) -> None:
     _run(loop, 200)
     _require(
         _bytes_of(weights) == kept and policy.act(_STATES).tolist() == before,
-        "weights: changed while the agent went on learning, must be copies",
+        "weights: changed while the agent continued to learn, must be copies",
     )
     alone = [int(policy.act(row[None])[0]) for row in _STATES]
     _require(alone == before, "policy: an action must depend on its own observation alone")
     again = setup.agent.policy({name: array.copy() for name, array in weights.items()})
     _require(
         again.act(_STATES).tolist() == before,
-        "policy: the same weights must give the same policy, whatever the agent has learned since",
+        "policy: the same weights must give the same policy, even after further learning",
     )
 
 
 def _check_repeats(config: Config) -> None:
     one, same = (_record(_set_up(config)) for _ in range(2))
-    _require(one == same, "two agents of one seed differ: all randomness must come from `streams`")
+    _require(
+        one == same, "two agents with the same seed differ: all randomness must come from `streams`"
+    )
 
 
 def _record(setup: _Setup) -> list[Any]:
@@ -187,7 +189,7 @@ def _check_resumes(config: Config) -> None:
         )
     _require(
         _bytes_of(setup.agent.weights()) == _bytes_of(resumed.agent.weights()),
-        "restore: the resumed agent learns something else; something is missing in `state`",
+        "restore: the resumed agent learns differently; something is missing in `state`",
     )
 
 

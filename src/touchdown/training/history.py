@@ -19,7 +19,7 @@ RECENT = 100
 
 
 class History:
-    """Writes a run's records, tells who listens, and remembers the recent episodes.
+    """Writes a run's records, passes scalars to a callback, and keeps the recent episodes.
 
     Args:
         folder: the run's folder; episodes from before a resume also count as recent.

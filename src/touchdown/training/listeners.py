@@ -1,4 +1,4 @@
-"""Who hears of a run's scalars while it trains: any object with `log` and `close`."""
+"""Listeners receive a run's scalars during training: any objects with `log` and `close`."""
 
 from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
@@ -9,35 +9,36 @@ from touchdown.core.errors import UserError, one_line
 
 
 class Listener(Protocol):
-    """Anything that takes a run's scalars: a logger, a plot, a message to a phone."""
+    """Receives a run's scalars: a logger, a live plot, a notification."""
 
     def log(self, step: int, scalars: Mapping[str, float]) -> object:
-        """Take the scalars of one moment of training.
+        """Receive the scalars of one event, such as an update or the end of an episode.
 
         Args:
             step: environment steps so far. Several calls may have the same step. A resumed run
-                begins again at its last checkpoint, so a step may come a second time.
-            scalars: by tag, such as `rollout/ep_rew_mean`. The dictionary is the listener's own.
+                continues from its last checkpoint, so it may repeat steps.
+            scalars: values by tag, such as `rollout/ep_rew_mean`, in a dictionary of its own.
         """
         ...
 
     def close(self) -> object:
-        """Finish; called once, however the run ends."""
+        """Finish; called exactly once, however the run ends."""
         ...
 
 
 class ListenerError(UserError):
-    """A listener raised an exception, which is this one's `__cause__`."""
+    """A listener raised an exception, which is the `__cause__` of this one."""
 
 
 class Listeners:
-    """Hands a run's scalars to each listener, and closes each once at the end of a `with` block.
+    """Passes a run's scalars to all listeners, and closes each once at the end of a `with` block.
 
     Args:
-        listeners: in the order in which they are told.
+        listeners: called in this order.
 
     Raises:
-        UserError: this is not a sequence. Entering the block refuses what is not a listener.
+        UserError: `listeners` is not a sequence. An object that is not a listener is refused when
+            the block is entered.
     """
 
     def __init__(self, listeners: Iterable[Listener]) -> None:
@@ -67,16 +68,16 @@ class Listeners:
         """Add a listener, which is closed with the others.
 
         Args:
-            name: of it in errors.
-            listener: told from here on.
+            name: its name in errors.
+            listener: receives scalars from now on.
         """
         self._named.append((name, listener))
 
     def log(self, step: int, scalars: Mapping[str, float]) -> None:
-        """Tell each listener; see `Listener.log`.
+        """Call each listener; see `Listener.log`.
 
         Raises:
-            ListenerError: one of them raised an exception; those after it are not told.
+            ListenerError: one of them raised an exception; the later ones are not called.
         """
         for name, listener in self._named:
             try:
@@ -85,18 +86,18 @@ class Listeners:
                 raise _named_error(name, "log", error) from error
 
     def _close(self, pending: BaseException | None) -> None:
-        """Close each, whatever the others raise; an error that is under way keeps the lead."""
+        """Close each listener, even if others raise; an exception in flight takes precedence."""
         failures: list[ListenerError] = []
 
         def close(name: str, listener: Listener) -> None:
             try:
                 listener.close()
-            except Exception as error:  # noqa: BLE001 - whatever a user's code raises
+            except Exception as error:  # noqa: BLE001 - a user's code may raise anything
                 failure = _named_error(name, "close", error)
                 failure.__cause__ = error
                 failures.append(failure)
 
-        # a stack goes on with the others after a Ctrl-C in one of them; its last is the first
+        # even after a Ctrl-C in one the stack closes the others; it begins with the last one pushed
         with ExitStack() as stack:
             for name, listener in reversed(self._named):
                 stack.callback(close, name, listener)

@@ -1,4 +1,4 @@
-"""Loggers that need no account and no server: JSON Lines and TensorBoard, and a run's own records.
+"""Loggers that write files: JSON Lines and TensorBoard, and a run's own records.
 
 A logger is a `Listener`: an object with `log(step, scalars)` and `close()`.
 """
@@ -20,10 +20,10 @@ _EVENTS = "events.out.tfevents.*"
 
 
 class JsonLinesLogger:
-    """Writes scalars to a JSON Lines file, a line `{"step": ..., tag: value, ...}` a call.
+    """Writes scalars to a JSON Lines file: one line `{"step": ..., tag: value, ...}` per call.
 
     Args:
-        path: of the file; lines are appended if it exists.
+        path: the file; if it exists, lines are appended.
 
     Raises:
         UserError: the file cannot be written.
@@ -34,7 +34,7 @@ class JsonLinesLogger:
             self._file = Path(path).open("ab")  # noqa: SIM115 - open until it is closed
 
     def log(self, step: int, scalars: Mapping[str, float]) -> None:
-        """Append a line, flushed when it is whole."""
+        """Append one complete line, and flush it."""
         self._file.write(files.to_json_line({"step": step, **scalars}))
         self._file.flush()
 
@@ -44,21 +44,21 @@ class JsonLinesLogger:
 
 
 class TensorBoardLogger:
-    """Writes scalars to a new event file of TensorBoard, which begins with the first of them.
+    """Writes scalars to a new TensorBoard event file, created at the first call of `log`.
 
     Args:
-        folder: for the file; made if it does not exist.
-        suffix: of its name, which has the second and the host; for a writer that starts within a
-            second of another in the same folder.
+        folder: folder of the file; created if it does not exist.
+        suffix: suffix of the file's name, which contains the time in seconds and the host; needed
+            if two writers may start in the same folder within a second.
     """
 
     def __init__(self, folder: Path | str, suffix: str = "") -> None:
         self._folder = Path(folder)
         self._suffix = suffix
-        self._events: EventsWriter | None = None  # made when there is something to write
+        self._events: EventsWriter | None = None  # created when there is something to write
 
     def log(self, step: int, scalars: Mapping[str, float]) -> None:
-        """Write one event a scalar."""
+        """Write one event per scalar."""
         if self._events is None:
             self._folder.mkdir(parents=True, exist_ok=True)
             self._events = EventsWriter(str(self._folder / "events"), self._suffix)
@@ -68,7 +68,7 @@ class TensorBoardLogger:
             self._events.write_event(event)
 
     def flush(self) -> None:
-        """Write to the disk what is still in memory."""
+        """Flush to disk."""
         if self._events is not None:
             self._events.flush()
 
@@ -79,9 +79,9 @@ class TensorBoardLogger:
 
 
 class Recorder:
-    """A run's own records: a typed line in one of its JSON Lines files, and TensorBoard's events.
+    """A run's own records: typed lines in its JSON Lines files, and TensorBoard events.
 
-    It is a listener whose files a resumed run continues without a gap and without a repetition.
+    It is a listener; a resumed run continues its files without gaps or repetitions.
 
     Args:
         folder: the run's folder.
@@ -98,11 +98,11 @@ class Recorder:
             file.truncate(sizes.get(path.name, 0))
             file.seek(0, 2)
             self._lines[path.name] = file
-        # the suffix keeps a run that resumes within a second from writing over its own file
+        # the suffix prevents a run that resumes within a second from overwriting its own file
         self._events = TensorBoardLogger(folder.path, f".{events_kept}")
 
     def write(self, path: Path, row: EpisodeRow | UpdateRow | ValidationRow) -> None:
-        """Append one line, flushed when it is whole.
+        """Append one complete line, and flush it.
 
         Args:
             path: one of the folder's JSON Lines files.

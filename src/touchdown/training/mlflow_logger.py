@@ -1,4 +1,4 @@
-"""Scalars to MLflow. Importing this module needs the extra `touchdown[mlflow]`."""
+"""Logs scalars to MLflow; importing this module needs the extra `touchdown[mlflow]`."""
 
 import os
 import time
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from importlib.metadata import version
 from typing import cast
 
-# MLflow reports its use to its makers from its import on, even if it logs to a local file
+# MLflow sends usage data to its developers as soon as it is imported, even for a local store
 os.environ.setdefault("MLFLOW_DISABLE_TELEMETRY", "true")
 
 from mlflow.entities import Metric, Param
@@ -17,20 +17,20 @@ from touchdown.config.config import Config
 from touchdown.config.fields import flat
 
 _EXPERIMENT = "touchdown"
-_MOST_METRICS, _MOST_PARAMS = 1_000, 100  # that MLflow takes in one call
-_SECONDS_BETWEEN_CALLS = 5.0  # one takes milliseconds, training a step takes microseconds
+_MOST_METRICS, _MOST_PARAMS = 1_000, 100  # the most that MLflow accepts in one request
+_SECONDS_BETWEEN_CALLS = 5.0  # a request takes milliseconds, a training step microseconds
 
 
 class MlflowLogger:
-    """A run of MLflow, by the client alone: a run that the user has active is left as it is.
+    """An MLflow run, written through the client, so that the user's own active run is not affected.
 
     MLflow's own environment variables are respected, such as MLFLOW_TRACKING_URI and
     MLFLOW_EXPERIMENT_NAME.
 
     Args:
-        name: of the run.
-        config: all of it is passed on, as parameters such as `learning.gamma`.
-        run_id: of the run to continue; None begins a new one, and so does one that is not there.
+        name: name of the run.
+        config: logged completely, as parameters such as `learning.gamma`.
+        run_id: id of the run to continue; None, or an id that does not exist, starts a new run.
 
     Raises:
         MlflowException: MLflow refuses, for example because its server does not answer.
@@ -51,7 +51,7 @@ class MlflowLogger:
         return f"{uri}, run {self.run_id}"
 
     def log(self, step: int, scalars: Mapping[str, float]) -> None:
-        """Keep scalars for the next call to MLflow, which is at most a few seconds away."""
+        """Buffer scalars for the next request to MLflow, at most a few seconds later."""
         now = int(time.time() * 1_000)
         self._metrics += [Metric(tag, value, now, step) for tag, value in scalars.items()]
         due = time.monotonic() - self._last_call > _SECONDS_BETWEEN_CALLS
@@ -59,7 +59,7 @@ class MlflowLogger:
             self._send()
 
     def close(self) -> None:
-        """Send what is left, and mark the run as finished."""
+        """Send the remaining scalars, and mark the run as finished."""
         self._send()
         self._client.set_terminated(self.run_id)
 
@@ -70,7 +70,7 @@ class MlflowLogger:
         self._last_call = time.monotonic()
 
     def _continued(self, run_id: str | None) -> str | None:
-        """The run under way again; None if there is no such run."""
+        """The existing run, set to running again; None if there is no such run."""
         if run_id is None:
             return None
         try:

@@ -1,6 +1,6 @@
-"""Logging services by name: W&B and MLflow listen to a run, and a resumed run continues there.
+"""Logging services by name, W&B and MLflow, as listeners; a resumed run continues its run there.
 
-Each service is an extra, and loads when it is used.
+Each service is an extra, imported when it is used.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,32 +22,32 @@ FORMAT_VERSION = 1
 
 
 class ServiceLogger(Listener, Protocol):
-    """A listener that is a run at a logging service."""
+    """A listener that logs to a run of a logging service."""
 
     @property
     def run_id(self) -> str:
-        """What identifies the run there."""
+        """The id of the run at the service."""
         ...
 
     @property
     def where(self) -> str:
-        """Where a person finds the run."""
+        """Location of the run for the user: a URL, or a local path."""
         ...
 
 
 class LoggerRuns(Struct, frozen=True, kw_only=True):
-    """`loggers.json`: what identifies a run at each logging service, so that it continues there."""
+    """`loggers.json`: the run's id at each logging service, for resuming."""
 
     format_version: Literal[1] = FORMAT_VERSION
     run_ids: dict[str, str] = msgspec.field(default_factory=dict[str, str])
-    """By the name of the service."""
+    """Ids by the name of the service."""
 
 
 def check_names(logger: LoggerName | Sequence[LoggerName] | None) -> tuple[LoggerName, ...]:
-    """The logging services asked for, each once.
+    """The requested logging services, without duplicates.
 
     Args:
-        logger: the name of one, the names of several, or None.
+        logger: the name of a service, a sequence of names, or None.
 
     Raises:
         UserError: there is no such service, or it is not installed.
@@ -55,7 +55,7 @@ def check_names(logger: LoggerName | Sequence[LoggerName] | None) -> tuple[Logge
     if logger is None:
         return ()
     several = tuple(logger) if isinstance(logger, (list, tuple)) else (logger,)
-    named = cast(tuple[LoggerName, ...], several)  # as each is checked to be
+    named = cast(tuple[LoggerName, ...], several)  # each is checked to be one of them
     for name in named:
         if name not in get_args(LoggerName):
             known = ", ".join(get_args(LoggerName))
@@ -67,15 +67,15 @@ def check_names(logger: LoggerName | Sequence[LoggerName] | None) -> tuple[Logge
 def open_loggers(
     names: Sequence[LoggerName], folder: RunFolder, listeners: Listeners
 ) -> dict[str, str]:
-    """Have a run at each logging service: a new one, or the one that this run has there already.
+    """Open a run at each logging service: a new one, or the existing one of this run.
 
     Args:
-        names: of the services.
-        folder: of the run; its `loggers.json` keeps what identifies the run at a service.
-        listeners: that the services join.
+        names: names of the services.
+        folder: folder of the run; its `loggers.json` stores the run's id at each service.
+        listeners: the listeners to which the services are added.
 
     Returns:
-        Where a person finds the run, by the name of the service.
+        The location of the run, by the name of the service.
 
     Raises:
         ListenerError: a service refuses; its own exception is the cause.
@@ -104,7 +104,7 @@ def open_loggers(
 
 
 def read_logger_runs(path: Path) -> LoggerRuns:
-    """What `open_loggers` wrote.
+    """Read what `open_loggers` wrote.
 
     Raises:
         UserError: the file is missing, broken or of another version.

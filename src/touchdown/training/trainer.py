@@ -28,8 +28,8 @@ from touchdown.training.pace import Budget, Pace, TrainingStatus
 from touchdown.training.resume import replay_episodes
 from touchdown.training.selection import Selection
 
-_STEPS_BETWEEN_LOOKS = 50  # whether to stop, within an episode
-# environments of the exact engine in the evaluator: cheap to keep, and faster the more there are
+_STEPS_BETWEEN_LOOKS = 50  # between checks of `should_stop` within an episode
+# environments of the exact engine in the evaluator; they are cheap, and more are faster
 _NUM_EXACT_ENVS = 128
 
 
@@ -42,9 +42,9 @@ class Trainer:
         on_status: called after each training episode.
         on_phase: called when the final selection begins, with a description and the number of
             episodes to come.
-        on_episode: called after each episode of the final choice.
+        on_episode: called after each episode of the final selection.
         on_scalars: called with the environment steps so far and the scalars by tag, as they are
-            recorded. What it raises ends training; the last checkpoint is whole.
+            recorded. An exception that it raises ends training; the last checkpoint stays intact.
 
     Raises:
         UserError: another process is training the run, its files are broken, or its environment

@@ -1,4 +1,4 @@
-"""Scalars to Weights & Biases. Importing this module needs the extra `touchdown[wandb]`."""
+"""Logs scalars to Weights & Biases; importing this module needs the extra `touchdown[wandb]`."""
 
 from collections.abc import Mapping
 from importlib.metadata import version
@@ -9,20 +9,20 @@ from touchdown.config.config import Config
 from touchdown.config.toml import to_dict
 
 _PROJECT = "touchdown"
-_LONGEST_TAG = 64  # characters that W&B takes
+_LONGEST_TAG = 64  # characters that W&B accepts
 _STEPS = "env_steps"
 
 
 class WandbLogger:
-    """A run of Weights & Biases, whose charts have environment steps as their x-axis.
+    """A Weights & Biases run, with environment steps as the x-axis of its charts.
 
     W&B's own environment variables and settings files are respected, such as WANDB_PROJECT,
     WANDB_MODE and WANDB_DIR.
 
     Args:
-        name: of the run.
-        config: all of it is passed on.
-        run_id: of the run to continue; None begins a new one.
+        name: name of the run.
+        config: logged completely.
+        run_id: id of the run to continue; None starts a new one.
 
     Raises:
         wandb.errors.Error: W&B refuses, for example because nobody is logged in.
@@ -34,29 +34,29 @@ class WandbLogger:
             name=name,
             id=run_id,
             resume="allow",
-            reinit="create_new",  # whatever other run the user has open stays open
+            reinit="create_new",  # other open runs of the user stay open
             config={**to_dict(config), "digest": config.digest, "touchdown": version("touchdown")},
             tags=[config.preset[:_LONGEST_TAG], config.env_id[:_LONGEST_TAG]],
-            settings=Settings(console="off", quiet=True),  # a progress bar is no log
+            settings=Settings(console="off", quiet=True),  # progress bars do not belong in a log
         )
-        # not W&B's own step, which takes one value a tag: two episodes may end in the same step
+        # not W&B's own step, which allows one value per tag: two episodes may end in the same step
         self._run.define_metric(_STEPS)
         self._run.define_metric("*", step_metric=_STEPS)
 
     @property
     def run_id(self) -> str:
-        """What identifies the run at W&B."""
+        """The run's id at W&B."""
         return self._run.id
 
     @property
     def where(self) -> str:
-        """The run's page, or its folder while it is offline."""
+        """The run's URL, or its folder if it is offline."""
         if self._run.offline:
             return self._run.settings.sync_dir
         return self._run.url or "disabled"
 
     def log(self, step: int, scalars: Mapping[str, float]) -> None:
-        """Hand scalars to W&B's own process, which sends or stores them."""
+        """Pass scalars to W&B's own process, which sends or stores them."""
         self._run.log({_STEPS: step, **scalars})
 
     def close(self) -> None:

@@ -66,13 +66,13 @@ def tune_agent(
         seed: seed of the sampler.
         storage: Optuna storage, such as `postgresql://…` for many machines; None uses SQLite in the
             results folder.
-        out: TOML file for the best settings, with a plot of their importance beside it; None
-            writes neither.
-        executor: runs a trial's seeds; None takes worker processes on this machine.
+        out: TOML file for the best settings, with a plot of their importance in the same
+            folder; None writes neither.
+        executor: runs a trial's seeds; None uses worker processes on this machine.
         results_dir: folder that holds the trials' runs.
         progress: True shows progress and results, False shows nothing; None shows them in a
             notebook and on a terminal.
-        console: where to show them; None takes the notebook's output or standard output.
+        console: where to show them; None uses the notebook's output or standard output.
 
     Raises:
         UserError: a number is out of range, Optuna is not installed, the storage cannot be

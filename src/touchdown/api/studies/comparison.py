@@ -23,13 +23,13 @@ def compare(
     """Write one page that compares runs; runs that differ only in their seed form one level.
 
     Args:
-        runs: finished runs, their names or their folders; the others are compared with the first
-            one's settings.
+        runs: finished runs, their names or their folders; the settings of the first are the
+            baseline.
         out: folder for the page.
         runs_dir: folder that holds the runs.
         progress: True shows progress and results, False shows nothing; None shows them in a
             notebook and on a terminal.
-        console: where to show them; None takes the notebook's output or standard output.
+        console: where to show them; None uses the notebook's output or standard output.
 
     Returns:
         The page.

@@ -1,4 +1,4 @@
-"""Which study is meant: a `Study`, a TOML file, one of the paper's topics, or all of them."""
+"""Finds a study: a `Study`, a TOML file, one of the paper's topics, or all of them."""
 
 import shlex
 from collections.abc import Mapping, Sequence
@@ -25,7 +25,7 @@ AnyStudy = Study | Path | str
 
 @dataclass(frozen=True, slots=True)
 class StudySelection:
-    """All jobs of one study, or of the paper's."""
+    """All jobs of one study, or of the paper's studies."""
 
     name: str
     scale: Scale
@@ -36,7 +36,7 @@ class StudySelection:
     pid_jobs: tuple[PidJob, ...]
     baselines: tuple[BaselineJob, ...]
     seeds: int | None
-    """Seeds of each cell that were asked for; None for the studies' own numbers."""
+    """Requested number of seeds per cell; None for the studies' own numbers."""
     is_paper: bool
     """Whether it is the paper's, not a user's."""
 
@@ -51,7 +51,7 @@ class StudySelection:
         return [*self.baselines, *self.pid_jobs, *self.train_jobs]
 
     def command(self, store: Store | None = None) -> str:
-        """The command that runs it, or the call for a study that was made in Python.
+        """The command that runs it, or the call for a study made in Python.
 
         Args:
             store: store of its results; None leaves it out of the command.
@@ -96,8 +96,8 @@ def find_study(
 
     Args:
         study: a `Study`, the path of a study file, `paper`, or one of its topics.
-        scale: of the paper's studies: `quick` or `full`.
-        seeds: training seeds of each cell; None takes the study's own number.
+        scale: scale of the paper's studies: `quick` or `full`.
+        seeds: training seeds of each cell; None uses the study's number.
 
     Raises:
         UserError: there is no such study, or its file is broken.
@@ -137,7 +137,9 @@ def _own(study: Study, file: Path | None, scale: Scale, seeds: int | None) -> St
     if study.name in (PAPER, *paper.topics(scale)):
         raise UserError(f"{where}name = {study.name!r}: is one of the paper's; choose another")
     if study.name == CLAIMS:
-        raise UserError(f"{where}name = {study.name!r}: is a table of every page; choose another")
+        raise UserError(
+            f"{where}name = {study.name!r}: is reserved for the table of claims; choose another"
+        )
     if seeds is not None:
         plan.check_seeds(seeds, study.first_seed)
     planned = ((study, seeds or study.seeds),)
@@ -150,11 +152,11 @@ def find_started(
     """The jobs of a study, at the scale and with the number of seeds that it was last run with.
 
     Args:
-        store: where it was run.
-        study: a `Study`, the path of a study file, or a name; None takes all that were started in
-            the store.
-        scale: of the paper's studies; None takes the scale last run.
-        seeds: training seeds of each cell; None takes the number last asked for.
+        store: the store in which it was run.
+        study: a `Study`, the path of a study file, or a name; None selects all that were started
+            in the store.
+        scale: scale of the paper's studies; None uses the scale of the last run.
+        seeds: training seeds of each cell; None uses the number of the last run.
 
     Raises:
         UserError: there is no such study, or none was started.

@@ -28,18 +28,18 @@ def study_report(
 ) -> Report:
     """Write a study's page: figures, verdicts on its claims, flights, tables.
 
-    Beside it are `summary.md` and, in `tables/`, the runs, the levels and the claims as CSV.
+    The folder also gets `summary.md` and, in `tables/`, the runs, levels and claims as CSV files.
 
     Args:
-        study: a `Study`, the path of a study file, or a name; None takes the only one that was
-            started.
-        scale: of the paper's studies; None takes the scale last run.
-        seeds: training seeds of each level; None takes the number last asked for.
-        out: folder for the page; None makes one in the results folder, with links to the runs.
+        study: a `Study`, the path of a study file, or a name; None uses the only one that
+            was started.
+        scale: scale of the paper's studies; None uses the scale of the last run.
+        seeds: training seeds of each level; None uses the number of the last run.
+        out: folder for the page; None creates one in the results folder, with links to the runs.
         results_dir: folder that holds the runs and reports of studies.
         progress: True shows progress and results, False shows nothing; None shows them in a
             notebook and on a terminal.
-        console: where to show them; None takes the notebook's output or standard output.
+        console: where to show them; None uses the notebook's output or standard output.
 
     Raises:
         UserError: there is no such folder or study, none of its runs is done, or the page cannot

@@ -32,26 +32,26 @@ def run_study(
 ) -> State:
     """Run a study; runs that are already done, in any study, are not repeated.
 
-    A study that was made in Python is kept as a TOML file in the folder of results, so that the
-    command line can continue and report it.
+    A study made in Python is saved as a TOML file in the results folder, so that the command line
+    can continue and report it.
 
     Args:
         study: a `Study`, the path of a study file, `paper`, or one of its topics.
-        scale: of the paper's studies: `quick` or `full`.
-        seeds: training seeds of each cell; None takes the study's own number.
-        executor: does the jobs; None takes one worker process per core of this machine.
+        scale: scale of the paper's studies: `quick` or `full`.
+        seeds: training seeds of each cell; None uses the study's number.
+        executor: runs the jobs; None uses one worker process per core of this machine.
         results_dir: folder that holds the runs and reports of studies.
         trust: whether to import code that a study file names: an environment's module or an agent.
-            What a `Study` made in Python names is imported without it.
+            Code that a `Study` made in Python names is imported without it.
         progress: True shows progress and results, False shows nothing; None shows them in a
             notebook and on a terminal.
-        console: where to show them; None takes the notebook's output or standard output.
+        console: where to show them; None uses the notebook's output or standard output.
 
     Returns:
         The final state, with the failed runs.
 
     Raises:
-        UserError: there is no such study, its file is broken, the folder is of another version or
+        UserError: there is no such study, its file is broken, the folder has another version or is
             in use, or nothing can be written; finished runs are kept.
         Interrupted: Ctrl-C or SIGTERM; unfinished runs were saved.
     """
@@ -95,7 +95,7 @@ def _check_code(study: AnyStudy, selection: StudySelection, *, trust: bool) -> N
 
 
 def _note_started(selection: StudySelection, store: Store) -> StudySelection:
-    """Remember that a study was started; one made in Python then has a file of its own."""
+    """Record that a study was started; one made in Python is saved as a study file."""
     file = None if selection.file is None else str(selection.file)
     started = StartedStudy(selection.name, selection.scale, selection.seeds or 0, file)
     if not selection.is_paper and selection.file is None:
@@ -122,15 +122,15 @@ def estimate_study(
 
     Args:
         study: a `Study`, the path of a study file, `paper`, or one of its topics.
-        scale: of the paper's studies: `quick` or `full`.
-        seeds: training seeds of each cell; None takes the study's own number.
-        workers: runs at the same time; None takes one per core.
+        scale: scale of the paper's studies: `quick` or `full`.
+        seeds: training seeds of each cell; None uses the study's number.
+        workers: number of parallel runs; None uses one per core.
         results_dir: folder that holds the runs of studies; it need not exist.
         trust: whether to import code that a study file names: an environment's module or an agent.
-            What a `Study` made in Python names is imported without it.
+            Code that a `Study` made in Python names is imported without it.
         progress: True shows progress and results, False shows nothing; None shows them in a
             notebook and on a terminal.
-        console: where to show them; None takes the notebook's output or standard output.
+        console: where to show them; None uses the notebook's output or standard output.
 
     Raises:
         UserError: there is no such study, or its file is broken.

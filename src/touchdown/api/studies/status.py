@@ -42,10 +42,10 @@ def study_status(
     """Progress of each study.
 
     Args:
-        study: a `Study`, the path of a study file, or a name; None takes all that were started in
-            the folder.
-        scale: of the paper's studies; None takes the scale last run.
-        seeds: training seeds of each level; None takes the number last asked for.
+        study: a `Study`, the path of a study file, or a name; None selects all that were started
+            in the folder.
+        scale: scale of the paper's studies; None uses the scale of the last run.
+        seeds: training seeds of each level; None uses the number of the last run.
         results_dir: folder that holds the runs and reports of studies.
 
     Raises:

@@ -109,7 +109,7 @@ def topics(scale: Scale) -> dict[str, Topic]:
                 10,
             ),
             "8.3",
-            "Does storing rewarded transitions again speed learning up, and is it level late?",
+            "Do re-saves speed up early learning, and does the difference disappear later?",
             claims.resaves_claims(scale),
         ),
         _topic(
