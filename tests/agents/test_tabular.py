@@ -307,8 +307,8 @@ def test_metrics_come_once_a_period_of_updates(chain):
         ([], "0 pending steps for other environments"),
         ([(9, 0, 1.0, 1)], r"pending = \(9, 0, 1.0, 1\): must be of 5 states"),
         ([(0, 2, 1.0, 1)], r"pending = \(0, 2, 1.0, 1\): must be of 5 states"),
-        ([(0, 0, 1.0)], r"pending\[0\]"),
-        ("x", "pending = 'x'"),
+        ([(0, 0, 1.0)], "agent.pending: "),
+        ("x", "agent.pending: "),
     ],
 )
 def test_pending_steps_of_another_environment_are_refused(pending, said):

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
+from saved_policies import save_model
 from touchdown.agents.networks import QNetwork
 from touchdown.api.policies import find_policy
 from touchdown.config.config import Config
@@ -14,7 +15,6 @@ from touchdown.core.starts import VALIDATION_STARTS
 from touchdown.evaluation.evaluator import Evaluator
 from touchdown.lander import engine as engines
 from touchdown.policies import lookup
-from touchdown.policies import weights as policy_weights
 from touchdown.policies.facts import WeightsFacts
 from touchdown.runs import folder as folders
 
@@ -28,7 +28,7 @@ SB3 = Path(__file__).parents[1] / "policies" / "foreign" / "sb3"
 def weights(path: Path, seed: int) -> np.ndarray:
     """Write a policy and return its actions."""
     params = np.asarray(NETWORK.init(jax.random.key(seed)))
-    policy_weights.save_weights(path, NETWORK, params, WeightsFacts(), CONFIG)
+    save_model(path, NETWORK, params, WeightsFacts(), CONFIG)
     return NETWORK.policy(params).act(OBSERVATIONS)
 
 

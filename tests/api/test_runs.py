@@ -41,7 +41,7 @@ def test_a_run_is_taken_as_itself_by_its_name_and_by_its_folder(run):
 def test_what_is_no_run_is_refused_in_one_line(run):
     with pytest.raises(touchdown.UserError, match="run = 3: must be a run, its name or its folder"):
         touchdown.show(3)
-    with pytest.raises(touchdown.UserError, match=r"holds no config\.toml"):
+    with pytest.raises(touchdown.UserError, match=r"has no config\.toml"):
         touchdown.show(run.path.parent)
 
 

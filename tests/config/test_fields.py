@@ -74,7 +74,7 @@ def test_a_refused_value_is_named_with_what_would_be_right():
     assert refusal(gamma=2) == "gamma = 2.0: must be from 0 to 1"
     assert refusal(network=3, activation="tanh") == "network = 3: must be a NetworkConfig"
     assert refusal(rollout_steps=5) == (
-        "rollout_steps = 5: must stay 32 with algorithm = 'dqn', which makes no use of it"
+        "rollout_steps = 5: must stay 32 with algorithm = 'dqn', which does not use it"
     )
 
 

@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 import touchdown
+from saved_policies import save_model
 from touchdown.agents.networks import make_network
 from touchdown.agents.qtable import QTable
 from touchdown.agents.states import OneHot
@@ -35,7 +36,7 @@ def made(runs_dir: Path, preset: str = "pilot", *, evaluated: bool = True) -> Ru
     folder = folders.create(runs_dir, config)
     model, params = fresh(config)
     facts = WeightsFacts(env_steps=12_345, validation_return=1.5)
-    policy_weights.save_weights(folder.best, model, params, facts, config)
+    save_model(folder.best, model, params, facts, config)
     run = Run(folder)
     if evaluated:
         flown = evaluations.evaluate_policy(run.policy, range(3))

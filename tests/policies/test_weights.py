@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from safetensors.numpy import load, save, save_file
 
+from saved_policies import save_model
 from single_changes import is_refused_in_a_line, single_changes
 from touchdown.agents.networks import QNetwork
 from touchdown.agents.registry import make_agent
@@ -103,9 +104,7 @@ def test_weights_for_another_environment_than_they_say_are_refused(tmp_path):
     network = QNetwork(8, 4, config.network)
     lander = tmp_path / "lander.safetensors"
     params = np.asarray(network.init(jax.random.key(0)))
-    policy = network.policy(params)
-    weights = {name: np.array(value) for name, value in network.layers(params).items()}
-    policy_weights.save_weights(lander, weights, policy, FACTS, config)
+    save_model(lander, network, params, FACTS, config)
     assert policy_weights.load_weights(lander).env_id == "LunarLander-v3"
     tensors, metadata = files.read_tensors(lander)
     path = tmp_path / "cart.safetensors"

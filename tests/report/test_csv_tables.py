@@ -77,7 +77,7 @@ def test_levels_have_the_pages_numbers(page):
         assert cells["mean [95%]"] == shown(row, "mean")
         band = f"{float(row['band_low']):.0f} to {float(row['band_high']):.0f}"
         assert cells["band of seeds"] == band
-        assert cells["last weights"] == f"{float(row['last_weights']):.0f}"
+        assert cells["final weights"] == f"{float(row['last_weights']):.0f}"
         assert cells["over training"] == f"{float(row['over_training']):.0f}"
         assert cells["env steps to 200"] == f"{float(row['env_steps_to_solved']):,.0f}" == "3,500"
         assert cells["seconds to 200"] == f"{float(row['seconds_to_solved']):.0f}"

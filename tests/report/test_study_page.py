@@ -45,7 +45,7 @@ def test_levels_that_are_too_many_for_one_picture_are_each_drawn_beside_their_ba
     text = page.read_text()
     assert "Mind the gap." in text
     assert (
-        "over training: vector-dqn, double-dqn; n = 2 training seeds each; "
+        "during training: vector-dqn, double-dqn; n = 2 training seeds each; "
         "line: interquartile mean; band: its 95% bootstrap interval." in text
     )
 

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
+from saved_policies import save_model
 from touchdown.agents.networks import make_network
 from touchdown.config.presets import preset
 from touchdown.config.sections import NetworkConfig
@@ -15,7 +16,6 @@ from touchdown.envs.recorder import record_flight
 from touchdown.evaluation.evaluation import median_start
 from touchdown.evaluation.evaluator import Evaluator
 from touchdown.evaluation.paths import load_paths
-from touchdown.policies import weights as policy_weights
 from touchdown.policies.lookup import load
 from touchdown.runs import folder as folders
 from touchdown.runs.run import Run
@@ -35,7 +35,7 @@ def run(tmp_path):
     folder = folders.create(tmp_path, CONFIG, "made-up")
     network = make_network(CONFIG.network, Spaces(observation_size=8, num_actions=4))
     params = np.random.default_rng(0).normal(size=network.num_params)
-    policy_weights.save_weights(folder.best, network, params, {"observations": 1}, CONFIG)
+    save_model(folder.best, network, params, {"observations": 1}, CONFIG)
     return Run(folder)
 
 

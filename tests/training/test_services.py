@@ -231,7 +231,7 @@ def test_wandb_that_refuses_is_one_line_that_says_why(tmp_path, monkeypatch):
         touchdown.train(lake(), runs_dir=tmp_path, name="run", logger="wandb")
     assert str(refused.value) == (
         "logger 'wandb': cannot be opened: No API key configured. Use `wandb login` to log in; "
-        "the last saved state is intact; continue with: touchdown train --resume run --runs-dir "
+        "the last saved state is intact; resume with: touchdown train --resume run --runs-dir "
         f"{tmp_path} --logger wandb"
     )
     wandb.teardown()

@@ -356,7 +356,7 @@ def test_a_checkpoint_of_another_version_is_refused(tmp_path):
     path = newest_checkpoint(folder.checkpoints) / "state.json"
     state = json.loads(path.read_text())
     path.write_text(json.dumps(state | {"format_version": 99}))
-    with pytest.raises(UserError, match="format_version = 99: must be 2 in this version"):
+    with pytest.raises(UserError, match="format_version = 99: must be 3 in this version"):
         Trainer(folder)
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from touchdown.agents import exploration, planning, tabular_targets
@@ -10,10 +11,13 @@ from touchdown.agents.actor import ActingAgent, Actor, periods_crossed
 from touchdown.agents.qtable import QTable
 from touchdown.agents.states import states_of
 from touchdown.config.config import Config
-from touchdown.core import records
+from touchdown.core.errors import one_line
 from touchdown.core.records import Count
 from touchdown.core.seeding import Streams
 from touchdown.core.types import FloatArray, IntArray, Policy, Spaces, StepResult, Tensors
+
+_Pending = list[tuple[Count, Count, float, Count] | None]
+"""Of each environment the step (s, a, r, s′) whose next action is not known yet."""
 
 
 class TabularAgent(ActingAgent):
@@ -157,8 +161,10 @@ class TabularAgent(ActingAgent):
             ValueError: something does not fit.
         """
         self.q = self.model.params_of(state["learner"]).reshape(self.model.shape).copy()
-        records.check(state["pending"], list[tuple[Count, Count, float, Count] | None], "pending")
-        self._pending = [None if step is None else tuple(step) for step in state["pending"]]
+        try:
+            self._pending = msgspec.convert(state["pending"], _Pending)
+        except msgspec.ValidationError as error:
+            raise ValueError(f"agent.pending: {one_line(error)}") from None
         self._check_pending()
         self._actor.restore(state)
 

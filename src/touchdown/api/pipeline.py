@@ -53,7 +53,7 @@ def complete(
     config = folder.config()
     flags = f" --logger {' '.join(loggers)}" if loggers else ""
     flags += " --trust" if any(map(plugins.is_plugin, (config.env_id, config.algorithm))) else ""
-    continuing = f"continue with: touchdown train --resume {folder.name}{place}{flags}"
+    continuing = f"resume with: touchdown train --resume {folder.name}{place}{flags}"
     try:
         return _completed(folder, console, listeners, loggers)
     except Interrupted:

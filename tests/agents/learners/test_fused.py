@@ -307,7 +307,7 @@ def test_indices_outside_of_the_samples_are_refused():
 def test_a_machine_without_the_kernel_is_told_what_would_help(monkeypatch):
     monkeypatch.setattr(fused, "is_built", lambda: False)
     config = Config(learning=LearningConfig(backend="fused"))
-    with pytest.raises(UserError, match=r"backend = 'fused': was not built.*backend = 'jax'"):
+    with pytest.raises(UserError, match=r"backend = 'fused': the kernel was not built.*'jax'"):
         make_learner(config, SPACES)
 
 
