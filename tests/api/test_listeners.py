@@ -99,8 +99,8 @@ def test_a_listener_that_raises_is_named_and_the_run_goes_on_from_its_last_check
             often_saved(), runs_dir=tmp_path, name="half", listeners=[before, fails, after]
         )
     assert str(raised.value) == (
-        "listener Heard: log raised RuntimeError: the plot is gone; what was saved before is "
-        f"whole; resume with: touchdown train --resume half --runs-dir {tmp_path}"
+        "listener Heard: log raised RuntimeError: the plot is gone; the last saved state is "
+        f"intact; resume with: touchdown train --resume half --runs-dir {tmp_path}"
     )
     assert isinstance(raised.value.__cause__, RuntimeError)
     assert len(before.told) == len(after.told) + 1 == count
