@@ -1,4 +1,4 @@
-"""Clipped double Q-learning (Fujimoto, van Hoof & Meger, 2018): a TD error of one's own."""
+"""Clipped double Q-learning (Fujimoto, van Hoof & Meger, 2018), written outside touchdown."""
 
 import jax
 import jax.numpy as jnp

@@ -1,4 +1,4 @@
-"""An environment of one's own: the lander under another gravity, with a threshold of its own."""
+"""The lander with weaker gravity, registered under an id of its own."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ register(
 
 
 def make_lander(gravity: float = -4.0, render_mode: str | None = None) -> gymnasium.Env[Any, Any]:
-    """Gymnasium's lander under another gravity.
+    """Gymnasium's lander with another gravity.
 
     Args:
         gravity: from -12 to 0; the stock lander has -10.
