@@ -67,11 +67,11 @@ def test_the_right_to_write_is_held_until_the_last_picture(tmp_path, monkeypatch
 
 def test_settings_are_given_by_name(tmp_path):
     run = touchdown.train(
-        lake(), runs_dir=tmp_path, name="mine", seed=3, learning_rate=0.5, env_id="CliffWalking-v1"
+        lake(), runs_dir=tmp_path, name="mine", seed=3, learning_rate=0.5, env_id="FrozenLake8x8-v1"
     )
     config = touchdown.show("mine", tmp_path).config
     assert (config.seed, config.learning.learning_rate) == (3, 0.5)
-    assert config.env_id == run.config.env_id == "CliffWalking-v1"
+    assert config.env_id == run.config.env_id == "FrozenLake8x8-v1"
     assert config.training == lake().training
 
 
