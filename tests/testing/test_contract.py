@@ -3,16 +3,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from touchdown.agents.dqn import DQNAgent
 from touchdown.agents.learners.factory import make_learner
 from touchdown.agents.pqn import PQNAgent
 from touchdown.core.errors import UserError
 from touchdown.testing import check_agent
-
-
-class PlainDQN(DQNAgent):
-    def __init__(self, config, spaces, streams) -> None:
-        super().__init__(config, spaces, streams, make_learner(config, spaces))
 
 
 class PlainPQN(PQNAgent):
@@ -68,7 +62,7 @@ class Greedy:
         return self.q[observations.argmax(axis=1)].argmax(axis=1)
 
 
-@pytest.mark.parametrize("agent", [PlainDQN, PlainPQN, Table])
+@pytest.mark.parametrize("agent", [PlainPQN, Table])
 def test_an_agent_that_keeps_the_contract_passes(agent):
     check_agent(agent)
 

@@ -64,10 +64,10 @@ def complete(
         ) from error.__cause__
     except OSError as error:
         path = error.filename or folder.path
-        # chained: it may be an environment or an agent of the user's that raised it
+        # chained, because the user's own environment or agent may have raised it
         raise UserError(
-            f"{path}: cannot be written or read: {one_line(error)}; the last saved state is "
-            f"intact; {continuing}"
+            f"{path}: cannot be written: {one_line(error)}; the last saved state is intact; "
+            f"{continuing}"
         ) from error
     except (MemoryError, RuntimeError) as error:
         if isinstance(error, RuntimeError) and "RESOURCE_EXHAUSTED" not in str(error):
