@@ -6,15 +6,15 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from touchdown.agents.actor import ActingAgent, Actor, periods_crossed
+from touchdown.agents.actor import periods_crossed
+from touchdown.agents.learner_agent import LearnerAgent
 from touchdown.agents.learners.learner import Learner
-from touchdown.agents.model import weights_of
 from touchdown.config.config import Config
 from touchdown.config.sections import ReplayConfig
 from touchdown.core import records
 from touchdown.core.records import Count
 from touchdown.core.seeding import Streams
-from touchdown.core.types import FloatArray, IntArray, Policy, Spaces, StepResult, Tensors
+from touchdown.core.types import FloatArray, IntArray, Spaces, StepResult
 from touchdown.replay import n_step
 from touchdown.replay.n_step import NStep
 from touchdown.replay.priorities import Proportional
@@ -27,7 +27,7 @@ def _proportional(config: ReplayConfig) -> Proportional | None:
     return Proportional(config.alpha, config.beta, config.beta_duration)
 
 
-class DQNAgent(ActingAgent):
+class DQNAgent(LearnerAgent):
     """Algorithm 2, optionally with the paper's target network and re-saves.
 
     Args:
@@ -38,10 +38,7 @@ class DQNAgent(ActingAgent):
     """
 
     def __init__(self, config: Config, spaces: Spaces, streams: Streams, learner: Learner) -> None:
-        super().__init__(Actor(config, spaces.num_actions, streams.exploration))
-        self._config = config
-        self._rng = streams.replay
-        self.learner = learner
+        super().__init__(config, spaces, streams, learner)
         self.replay = Replay(
             config.replay.capacity,
             spaces.observation_size,
@@ -135,19 +132,6 @@ class DQNAgent(ActingAgent):
             "rewarded_share": shares.rewarded,
             "terminal_share": shares.terminal,
         }
-
-    def weights(self) -> Tensors:
-        """The online network's parameters by name: copies, as later updates change them."""
-        return weights_of(self.learner.model, self.learner.state.online_params)
-
-    def policy(self, weights: Tensors) -> Policy:
-        """The greedy policy of these parameters.
-
-        Raises:
-            ValueError: their names, shapes or types are not those of the network.
-        """
-        model = self.learner.model
-        return model.policy(model.params_of(weights))
 
     def state(self) -> dict[str, Any]:
         """The learner's state, the replay memory, unfinished n-step returns, and the actor's."""

@@ -3,8 +3,6 @@
 from collections.abc import Mapping
 from typing import Any, Protocol
 
-import numpy as np
-
 from touchdown.core.types import FloatArray, Policy, Tensors
 
 
@@ -26,13 +24,3 @@ class Model(Protocol):
     def policy(self, params: FloatArray) -> Policy:
         """The greedy policy of these parameters."""
         ...
-
-
-def weights_of(model: Model, params: Any) -> Tensors:
-    """A model's parameters by name: copies, as later updates change them.
-
-    Args:
-        model: the network or table.
-        params: flat parameters [P], a NumPy or JAX array.
-    """
-    return {name: np.array(value) for name, value in model.layers(params).items()}

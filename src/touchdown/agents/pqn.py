@@ -10,18 +10,17 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from touchdown.agents.actor import ActingAgent, Actor
+from touchdown.agents.learner_agent import LearnerAgent
 from touchdown.agents.learners.learner import Learner
-from touchdown.agents.model import weights_of
 from touchdown.agents.rollout import Rollout
 from touchdown.config.config import Config
 from touchdown.core import records
 from touchdown.core.records import Count
 from touchdown.core.seeding import Streams
-from touchdown.core.types import FloatArray, IntArray, Policy, Spaces, StepResult, Tensors
+from touchdown.core.types import FloatArray, IntArray, Spaces, StepResult
 
 
-class PQNAgent(ActingAgent):
+class PQNAgent(LearnerAgent):
     """Learns from each rollout of all environments as soon as it is complete.
 
     Args:
@@ -32,10 +31,7 @@ class PQNAgent(ActingAgent):
     """
 
     def __init__(self, config: Config, spaces: Spaces, streams: Streams, learner: Learner) -> None:
-        super().__init__(Actor(config, spaces.num_actions, streams.exploration))
-        self._config = config
-        self._rng = streams.replay
-        self.learner = learner
+        super().__init__(config, spaces, streams, learner)
         shape = config.rollout.rollout_steps, config.training.num_envs
         wide = *shape, spaces.observation_size
         self._rollout: dict[str, NDArray[Any]] = {
@@ -90,19 +86,6 @@ class PQNAgent(ActingAgent):
         if not self._actor.metrics_due(before):
             return None
         return metrics.to_floats(self._config.learning.reward_scale)
-
-    def weights(self) -> Tensors:
-        """The network's parameters by name: copies, as later updates change them."""
-        return weights_of(self.learner.model, self.learner.state.online_params)
-
-    def policy(self, weights: Tensors) -> Policy:
-        """The greedy policy of these parameters.
-
-        Raises:
-            ValueError: their names, shapes or types are not those of the network.
-        """
-        model = self.learner.model
-        return model.policy(model.params_of(weights))
 
     def state(self) -> dict[str, Any]:
         """The learner's state, the unfinished rollout, and the actor's."""

@@ -10,7 +10,7 @@ from rich.text import Text
 
 from touchdown.api import views
 from touchdown.config.presets import SECTIONS_OF_THE_PAPER
-from touchdown.core import device, plugins, progress
+from touchdown.core import device, progress
 from touchdown.core.errors import Interrupted, UserError, one_line
 from touchdown.core.types import ValuePolicy
 from touchdown.envs import environment
@@ -50,9 +50,8 @@ def complete(
     device.use_default()
     where = folder.path.parent
     place = "" if where == DEFAULT_RUNS else f" --runs-dir {where}"
-    config = folder.config()
     flags = f" --logger {' '.join(loggers)}" if loggers else ""
-    flags += " --trust" if any(map(plugins.is_plugin, (config.env_id, config.algorithm))) else ""
+    flags += " --trust" if folder.config().own_code else ""
     continuing = f"resume with: touchdown train --resume {folder.name}{place}{flags}"
     try:
         return _completed(folder, console, listeners, loggers)

@@ -62,6 +62,12 @@ class Config:
         check_together(self)
 
     @property
+    def own_code(self) -> dict[str, str]:
+        """The user's environment and agent, `module:Name` by field; {} if both are built in."""
+        names = {"env_id": self.env_id, "algorithm": self.algorithm}
+        return {field: name for field, name in names.items() if plugins.is_plugin(name)}
+
+    @property
     def digest(self) -> str:
         """12 hex digits that two configs share only if they are equal, ignoring `preset`.
 

@@ -37,7 +37,8 @@ def allow(*names: str) -> None:
 def write(name: str) -> None:
     """Allow a name to be imported, because the user wrote it in a call.
 
-    It then means the importable class or function, also if another was handed over in its place.
+    The name then refers to the importable class or function, even if another object was passed
+    under this name before.
     """
     allow(name)
     if _NAME.fullmatch(name):

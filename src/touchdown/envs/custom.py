@@ -75,8 +75,8 @@ def threshold_of(env_id: str) -> float | None:
     return None if threshold is None else float(threshold)
 
 
-_objects: dict[str, tuple[Env, Env]] = {}  # that the user handed over, by name, and as they were
-_specs: dict[str, Any] = {}  # of environments that are not in Gymnasium's registry, once made
+_objects: dict[str, tuple[Env, Env]] = {}  # passed by the user, and snapshots of them, by name
+_specs: dict[str, Any] = {}  # of environments made from outside Gymnasium's registry
 
 
 def _maker_of(env_id: str) -> str | Callable[..., Env]:
@@ -170,9 +170,9 @@ def _lost_in(other: Env, env: Env) -> str:
 
 
 def _object_name(env: Env, snapshot: Env) -> str:
-    """`module:Class()`: not to be found by import, as another process does not have the object.
+    """`module:Class()`, which no import can find, because only this process has the object.
 
-    The same object has the same name, unless it was changed in between.
+    The same object keeps its name unless it has changed since.
     """
     kind = type(env.unwrapped)
     name = f"{kind.__module__}:{kind.__qualname__}()"

@@ -225,9 +225,9 @@ def _measure_all(configs: Sequence[Config], workers: int) -> Iterator[_Pace]:
 
 
 def _measure(config: Config) -> _Pace:
-    """The pace of one kind of run after its updates have begun."""
+    """Measure the pace of one kind of run, once it updates its network."""
     device.use_default()
-    plugins.allow(config.env_id, config.algorithm)  # checked where the estimate was asked for
+    plugins.allow(*config.own_code.values())  # the caller has checked them
     training = dataclasses.replace(
         config.training, max_env_steps=0, episodes=1_000_000, validation_period=10**9
     )

@@ -71,7 +71,7 @@ class TrainJob:
         """
         device.use_default()
         # when the study was planned, the user named this code or trusted the file
-        plugins.allow(self.config.env_id, self.config.algorithm)
+        plugins.allow(*self.config.own_code.values())
         folder = RunFolder(store / self.digest)
         run = Run(folder)
         if run.status == "finished":

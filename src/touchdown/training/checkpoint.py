@@ -25,7 +25,7 @@ from touchdown.training.state import (
     Solved,
 )
 
-_OWN_GROUPS = ("finalists", "underway")  # beside those of the agent
+_OWN_GROUPS = ("finalists", "underway")  # in addition to the agent's
 
 
 @dataclass(frozen=True, slots=True)

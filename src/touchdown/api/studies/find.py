@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from touchdown.core import plugins
 from touchdown.core.errors import UserError
 from touchdown.report.output import CLAIMS
 from touchdown.studies import paper, plan, runner, study_file
@@ -66,15 +65,8 @@ class StudySelection:
         words += [] if self.file else ["--scale", self.scale]
         words += [] if self.seeds is None else ["--seeds", str(self.seeds)]
         words += ["--results-dir", str(store.path)] if store and elsewhere else []
-        words += ["--trust"] if self._has_plugins() else []
+        words += ["--trust"] if any(job.config.own_code for job in self.train_jobs) else []
         return shlex.join(words)
-
-    def _has_plugins(self) -> bool:
-        """Whether its runs need an environment or an agent of the user's."""
-        names = (
-            name for job in self.train_jobs for name in (job.config.env_id, job.config.algorithm)
-        )
-        return any(map(plugins.is_plugin, names))
 
     def job_names(self) -> Mapping[str, str]:
         """A name for each job by its digest: its first study, its level and its seed."""

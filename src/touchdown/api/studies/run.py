@@ -83,15 +83,10 @@ def _check_code(study: AnyStudy, selection: StudySelection, *, trust: bool) -> N
     Raises:
         UserError: only a file names them.
     """
-    names = {
-        (name, field)
-        for job in selection.train_jobs
-        for field in ("env_id", "algorithm")
-        if plugins.is_plugin(name := getattr(job.config, field))
-    }
     with plugins.trusting(everything=trust or (isinstance(study, Study) and not study.from_file)):
-        for name, field in sorted(names):
-            plugins.check_allowed(name, field)
+        for job in selection.train_jobs:
+            for field, name in job.config.own_code.items():
+                plugins.check_allowed(name, field)
 
 
 def _note_started(selection: StudySelection, store: Store) -> StudySelection:
