@@ -34,8 +34,7 @@ test-all: $(READY) test-cpp ## run all tests, including slow ones
 	@$(BIN)/pytest -n auto --maxprocesses 8 -m '' $(ARGS)
 
 test-cpp: $(READY) ## build the C++ code without Python and run its tests
-	@if command -v "$${CXX:-c++}" >/dev/null; then $(test_cpp); else \
-		echo "no C++ compiler: skipping the C++ tests"; fi
+	$(if $(compiler),@$(test_cpp),@echo "no C++ compiler: skipping the C++ tests")
 
 exactness: $(READY) ## compare N=1000000 steps of the exact engine with stock, byte by byte
 	@$(BIN)/python tests/lander/engine/oracle.py $(N) $(ARGS)
@@ -102,12 +101,15 @@ endef
 # --- setup ---
 
 # An environment's .ready is written last and names its folder. An environment that is incomplete,
-# has lost its Python or was moved is not ready, and is created again.
+# has lost its Python or was moved is not ready, and is created again. One that was made without a
+# compiler is updated as soon as there is one.
 ready = $(findstring <$(CURDIR)>,$(shell test -x $1/bin/python && cat $1/.ready 2>/dev/null))
-ifeq ($(call ready,.venv),)
+compiler := $(firstword $(shell command -v $${CXX:-c++ g++ clang++}))
+compilable = $(and $(compiler),$(findstring no compiler,$(shell cat $1/.ready 2>/dev/null)))
+ifneq ($(if $(call ready,.venv),$(call compilable,.venv),missing),)
 $(READY): FORCE
 endif
-ifeq ($(call ready,.venv-bench),)
+ifneq ($(if $(call ready,.venv-bench),$(call compilable,.venv-bench),missing),)
 $(BENCH_READY): FORCE
 endif
 
@@ -123,8 +125,8 @@ define set-up
 $(if $(call ready,$1),,$(if $(python),,$(error $(no_python))))
 @echo "$(if $(call ready,$1),updating $1,setting up $1 (once; takes a minute or two))"
 @$(if $(call ready,$1),rm -f $1/.ready,rm -rf $1 && $(python) -m venv $1)
-@command -v c++ >/dev/null || echo "no C++ compiler: the exact engine is not built, and the \
-	slower stock Gymnasium is used; install one, such as g++, and run make again"
+@$(if $(compiler),,echo "no C++ compiler: the exact engine is not built, and the slower stock \
+	Gymnasium is used; install one, such as g++, and run make again")
 @$1/bin/python -m pip install -qq --disable-pip-version-check uv==$(UV_VERSION)
 @$1/bin/uv pip sync --quiet --python $1/bin/python --require-hashes requirements.lock
 @$1/bin/uv pip install --quiet --python $1/bin/python --no-deps --no-build-isolation --editable .
@@ -135,10 +137,10 @@ compiled := CMakeLists.txt csrc/CMakeLists.txt \
 
 $(READY): requirements.lock pyproject.toml $(compiled)
 	$(call set-up,.venv)
-	@echo '<$(CURDIR)>' > $@
+	@echo '<$(CURDIR)>$(if $(compiler),, no compiler)' > $@
 
 # pip instead of uv, because it selects a CPU build of torch if the machine offers one
 $(BENCH_READY): requirements.lock pyproject.toml $(compiled) benchmarks/requirements.txt
 	$(call set-up,.venv-bench)
 	@.venv-bench/bin/pip install -qq --disable-pip-version-check -r benchmarks/requirements.txt
-	@echo '<$(CURDIR)>' > $@
+	@echo '<$(CURDIR)>$(if $(compiler),, no compiler)' > $@

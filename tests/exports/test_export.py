@@ -16,7 +16,7 @@ from touchdown.agents.qtable import QTable
 from touchdown.agents.states import OneHot
 from touchdown.config import presets
 from touchdown.config.config import Config
-from touchdown.core import files
+from touchdown.core import files, installation
 from touchdown.envs import environment
 from touchdown.evaluation import evaluation as evaluations
 from touchdown.exports import agreement
@@ -236,7 +236,8 @@ def test_without_the_extra_it_says_what_to_install(run, tmp_path, monkeypatch, m
     with pytest.raises(touchdown.UserError) as said:
         touchdown.export(run, out=tmp_path / "out")
     assert str(said.value) == (
-        f"format 'onnx': needs {missing}, which is not installed: pip install 'touchdown[onnx]'"
+        f"format 'onnx': needs {missing}, which is not installed; "
+        f"install it: {installation.command_for('onnx')}"
     )
     assert not list(tmp_path.iterdir())
     touchdown.export(run, "safetensors", out=tmp_path / "out")  # needs neither

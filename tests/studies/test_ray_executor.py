@@ -1,4 +1,7 @@
 import os
+import secrets
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -15,6 +18,7 @@ from touchdown.studies.runner import jobs_of, run_jobs
 ray = pytest.importorskip("ray")
 RayExecutor = pytest.importorskip("touchdown.studies.ray_executor").RayExecutor
 Cluster = pytest.importorskip("ray.cluster_utils").Cluster
+authentication = pytest.importorskip("ray._private.authentication_test_utils")
 pytestmark = [
     pytest.mark.slow,
     # Ray's own: its sockets and processes are still there when the interpreter looks
@@ -29,6 +33,9 @@ HERE = Path(__file__).parent
 @pytest.fixture
 def cluster(monkeypatch):
     monkeypatch.setenv("PYTHONPATH", str(HERE))
+    monkeypatch.setenv("RAY_AUTH_MODE", "token")
+    monkeypatch.setenv("RAY_AUTH_TOKEN", secrets.token_hex(32))
+    authentication.reset_auth_token_state()  # it was read when Ray was imported
     cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
     ray.init(address=cluster.address, log_to_driver=False, logging_level="ERROR")
     yield cluster
@@ -91,6 +98,23 @@ def test_a_study_that_loses_a_node_ends_complete_and_equal_to_a_local_one(cluste
         return table.drop("seconds", "seconds_to_solved").sort("run").to_dicts()
 
     assert numbers(far) == numbers(near)
+
+
+def test_a_cluster_with_a_token_refuses_those_who_do_not_have_it(cluster):
+    script = (
+        f"from touchdown.studies.ray_executor import RayExecutor; RayExecutor({cluster.address!r})"
+    )
+    for mode in ("disabled", "token"):
+        done = subprocess.run(
+            [sys.executable, "-c", script],
+            env={**os.environ, "RAY_AUTH_MODE": mode, "RAY_AUTH_TOKEN": "0" * 64},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 1
+        assert "no cluster can be reached" in done.stderr
+        assert "check that it runs, and that this machine has its token" in done.stderr
 
 
 def test_a_cluster_that_cannot_be_reached_is_named():

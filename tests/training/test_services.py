@@ -19,7 +19,7 @@ from rich.console import Console
 import touchdown
 from small_configs import lake
 from touchdown.config.toml import to_dict
-from touchdown.core import files
+from touchdown.core import files, installation
 from touchdown.core.errors import UserError
 from touchdown.runs import folder as folders
 from touchdown.training import services
@@ -258,7 +258,8 @@ def test_a_service_that_is_not_installed_is_refused_before_a_folder_is_made(
     with pytest.raises(UserError) as refused:
         touchdown.train(lake(), runs_dir=tmp_path / "runs", logger=name)
     assert str(refused.value) == (
-        f"logger {name!r}: needs {name}, which is not installed: pip install 'touchdown[{name}]'"
+        f"logger {name!r}: needs {name}, which is not installed; "
+        f"install it: {installation.command_for(name)}"
     )
     assert not list(tmp_path.iterdir())
 

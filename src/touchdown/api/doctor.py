@@ -14,7 +14,8 @@ import gymnasium
 import numpy as np
 from gymnasium.error import Error as GymnasiumError
 
-from touchdown.core import device, threads
+from touchdown import __version__
+from touchdown.core import device, installation, threads
 from touchdown.core.errors import UserError, one_line
 from touchdown.envs import environment
 from touchdown.lander import engine as engines
@@ -57,6 +58,7 @@ def check_up(runs_dir: Path) -> list[Finding]:
         "exactness": _exactness,
         "films": _films,
         "window": _window,
+        "extras": _extras,
         "runs": lambda: _runs(runs_dir),
     }
     findings: list[Finding] = []
@@ -70,7 +72,7 @@ def check_up(runs_dir: Path) -> list[Finding]:
 
 
 def _touchdown() -> tuple[State, str]:
-    return "good", f"{version('touchdown')}, Python {platform.python_version()}"
+    return "good", f"{__version__}, Python {platform.python_version()}"
 
 
 def _machine() -> tuple[State, str]:
@@ -99,8 +101,7 @@ def _stock() -> tuple[State, str]:
 def _engine() -> tuple[State, str]:
     if not engines.engine_built():
         return "note", (
-            "was not built, so the slower stock Gymnasium is used; install a C++ compiler such as "
-            "g++ and reinstall touchdown"
+            f"was not built, so the slower stock Gymnasium is used; {installation.how_to_compile()}"
         )
     from touchdown.lander._engine import simd  # noqa: PLC0415 - it may not have been built
 
@@ -150,6 +151,15 @@ def _window() -> tuple[State, str]:
     if sys.platform == "linux" and not any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY"))):
         return "note", "no display: `fly` writes films, but `fly --out window` needs one"
     return "good", "a display is available for `fly --out window`"
+
+
+def _extras() -> tuple[State, str]:
+    there = [extra for extra in installation.EXTRAS if installation.is_installed(extra)]
+    lacking = [extra for extra in installation.EXTRAS if extra not in there]
+    if not lacking:
+        return "good", f"{', '.join(there)} are installed"
+    ways = "; ".join(f"{extra}: {installation.command_for(extra)}" for extra in lacking)
+    return "good", f"installed: {', '.join(there) or 'none'}; optional: {ways}"
 
 
 def _runs(runs_dir: Path) -> tuple[State, str]:

@@ -2,6 +2,7 @@
 
 import io
 import sys
+import warnings
 from collections.abc import Sequence
 
 from touchdown import __version__
@@ -31,6 +32,8 @@ def main(argv: Sequence[str] | None = None) -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without UTF-8 still shows tables
+    if argv is None:  # the process is ours
+        warnings.showwarning = _show_warning
     console = Console(width=None if sys.stdout.isatty() else 120, stderr="--json" in args)
     try:
         verb = parse(args)
@@ -47,6 +50,11 @@ def main(argv: Sequence[str] | None = None) -> None:
         _fail(str(stopped), _INTERRUPTED)
     except KeyboardInterrupt:
         _fail("stopped", _INTERRUPTED)
+
+
+def _show_warning(message: Warning | str, *_where: object) -> None:
+    """Print a warning as one line, without the place in the code that is of no use here."""
+    sys.stderr.write(f"touchdown: warning: {message}\n")
 
 
 def _fail(message: str, code: int) -> None:

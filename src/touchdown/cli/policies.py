@@ -114,7 +114,7 @@ class Export:
         Literal["onnx", "safetensors"],
         arg(
             help="onnx: for any ONNX runtime, checked against the policy before it is written "
-            "(needs touchdown[onnx]); safetensors: touchdown's own format."
+            "(needs the extra onnx); safetensors: touchdown's own format."
         ),
     ] = "onnx"
     out: Annotated[

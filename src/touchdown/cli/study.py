@@ -37,7 +37,7 @@ class StudyRun:
         arg(
             metavar="local|ray|ray://…",
             help="Where to run: in worker processes on this machine, on the Ray cluster that it "
-            "belongs to, or on a remote one (Ray needs touchdown[ray]).",
+            "belongs to, or on a remote one (Ray needs the extra ray).",
         ),
     ] = "local"
     workers: Annotated[int | None, arg(help="Number of parallel runs; None uses one per core.")] = (

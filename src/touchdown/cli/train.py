@@ -61,10 +61,7 @@ class Train:
     runs_dir: RunsDir = DEFAULT_RUNS
     logger: Annotated[
         tuple[Literal["wandb", "mlflow"], ...],
-        arg(
-            help="Log to Weights & Biases or MLflow too; each needs its extra, such as "
-            "touchdown[wandb]."
-        ),
+        arg(help="Log to Weights & Biases or MLflow too; each needs the extra of its name."),
     ] = ()
     device: Device = "cpu"
     engine: Engine = None

@@ -61,7 +61,7 @@ class TunePid:
 class TuneAgent:
     """Tune a preset's hyper-parameters with Optuna, over several training seeds per trial.
 
-    Needs touchdown[optuna]. Tuning never uses the seeds that studies report. The same command
+    Needs the extra optuna. Tuning never uses the seeds that studies report. The same command
     resumes a stopped search.
     """
 

@@ -2,10 +2,11 @@
 
 import json
 from collections.abc import Mapping
-from importlib.metadata import version
 
+from touchdown import __version__
 from touchdown.config import toml
 from touchdown.config.config import Config
+from touchdown.core.installation import DISTRIBUTION
 from touchdown.evaluation.evaluation import Evaluation
 from touchdown.evaluation.table import evaluation_rows
 from touchdown.exports.agreement import Agreement
@@ -101,7 +102,8 @@ def _how_to_fly(model_file: str, agreement: Agreement | None) -> str:
         )
     return (
         f"```bash\npip install onnxruntime 'gymnasium[box2d]'\npython fly_onnx.py\n```\n\n"
-        f"or, with `touchdown[onnx]`:\n\n```bash\ntouchdown evaluate {model_file}\n```\n\n"
+        f"or, with `pip install '{DISTRIBUTION}[onnx]'`:\n\n"
+        f"```bash\ntouchdown evaluate {model_file}\n```\n\n"
         "Input `observations`: float32 [N, D], as the environment returns them (Discrete "
         "states are one-hot). "
         "Outputs `q_values`: float32 [N, A], and `action`: int64 [N], the greedy action.\n\n"
@@ -117,7 +119,7 @@ def _provenance(source: Source) -> str:
         "training seed": source.config.seed,
         "trained with": _versions(source.made.versions),
         "source": source.made.git_commit,
-        "exported with": f"touchdown {version('touchdown')}",
+        "exported with": f"touchdown {__version__}",
         "checkpoint": None
         if facts.env_steps is None
         else f"after {facts.env_steps:,} environment steps",

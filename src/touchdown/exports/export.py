@@ -3,10 +3,10 @@
 import json
 from dataclasses import dataclass
 from importlib import resources
-from importlib.metadata import version
 from pathlib import Path
 from typing import Literal, cast, get_args
 
+from touchdown import __version__
 from touchdown.agents.networks import QNetwork
 from touchdown.agents.qtable import QTable
 from touchdown.core import files
@@ -88,7 +88,7 @@ def _checked_onnx(source: Source, weights: Weights) -> tuple[bytes, Agreement]:
         "preset": config.preset,
         "seed": str(config.seed),
         "config_digest": config.digest,
-        "touchdown": version("touchdown"),
+        "touchdown": __version__,
         **{name: json.dumps(value) for name, value in model.describe().items()},
     }
     data = graph.onnx_model(

@@ -2,16 +2,16 @@
 
 from collections.abc import Mapping
 from importlib import import_module
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from touchdown import __version__
 from touchdown.agents.networks import QNetwork
 from touchdown.agents.qtable import QTable
 from touchdown.agents.states import Grid
-from touchdown.core.errors import UserError
+from touchdown.core import installation, onnx_runtime
 from touchdown.core.types import FloatArray
 
 # of 2022: old enough for most runtimes, new enough for LayerNormalization
@@ -25,14 +25,11 @@ def check_installed() -> None:
     Raises:
         UserError: onnx or onnxruntime is not installed.
     """
-    for name in ("onnx", "onnxruntime"):
-        try:
-            import_module(name)
-        except ImportError:
-            raise UserError(
-                f"format 'onnx': needs {name}, which is not installed: "
-                "pip install 'touchdown[onnx]'"
-            ) from None
+    try:
+        import_module("onnx")
+    except ImportError:
+        raise installation.missing("format 'onnx'", "onnx", "onnx") from None
+    onnx_runtime.load("format 'onnx'")
 
 
 def onnx_model(
@@ -78,7 +75,7 @@ def onnx_model(
         opset_imports=[helper.make_opsetid("", OPSET)],
         ir_version=IR_VERSION,
         producer_name="touchdown",
-        producer_version=version("touchdown"),
+        producer_version=__version__,
     )
     helper.set_model_props(made, dict(metadata))
     onnx.checker.check_model(made, full_check=True)

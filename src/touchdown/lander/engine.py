@@ -4,6 +4,7 @@ import importlib.util
 import warnings
 from typing import Literal
 
+from touchdown.core import installation
 from touchdown.core.errors import UserError
 
 Engine = Literal["exact", "gymnasium"]
@@ -40,8 +41,8 @@ def check_engine(engine: Engine) -> None:
         raise UserError(f"engine {engine!r}: must be exact or gymnasium")
     if engine == "exact" and not _built:
         raise UserError(
-            "engine 'exact': was not built when touchdown was installed; "
-            "install a C++ compiler such as g++ and reinstall touchdown, or use gymnasium"
+            "engine 'exact': was not built when touchdown was installed; use gymnasium, "
+            f"or {installation.how_to_compile()}"
         )
 
 

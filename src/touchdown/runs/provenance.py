@@ -9,6 +9,7 @@ from typing import Literal
 
 from msgspec import Struct, field
 
+from touchdown import __version__
 from touchdown.config.config import Config
 from touchdown.core import device, records, threads
 from touchdown.core.records import Count
@@ -17,7 +18,6 @@ from touchdown.lander.rules import is_lander
 
 FORMAT_VERSION = 1
 _RECORDED_PACKAGES = (
-    "touchdown",
     "gymnasium",
     "box2d",
     "jax",
@@ -59,7 +59,8 @@ def provenance_of(config: Config) -> Provenance:
         config_digest=config.digest,
         seed=config.seed,
         python=sys.version.split()[0],
-        versions={name: metadata.version(name) for name in _RECORDED_PACKAGES},
+        versions={"touchdown": __version__}
+        | {name: metadata.version(name) for name in _RECORDED_PACKAGES},
         git_commit=_git_commit(),
         platform=platform.platform(),
         cpu=cpu_name(),

@@ -76,8 +76,16 @@ def _connect(address: str) -> None:
             ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR)
     except (ConnectionError, RuntimeError, ValueError, OSError, RayError) as error:
         raise UserError(
-            f"on = {address!r}: no cluster can be reached: {one_line(error)[:200]}"
+            f"on = {address!r}: no cluster can be reached: {one_line(error)[:200]}; check that it "
+            "runs, and that this machine has its token (RAY_AUTH_MODE=token; `ray get-auth-token` "
+            "on the head prints it)"
         ) from None
+    if os.environ.get("RAY_AUTH_MODE", "").lower() != "token":  # Ray sets it if it finds a token
+        warnings.warn(
+            "this Ray cluster has no token: whoever reaches its ports can run commands on its "
+            "machines; see docs/cluster.md",
+            stacklevel=2,
+        )
 
 
 class _Mailbox:

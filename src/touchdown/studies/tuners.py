@@ -8,6 +8,7 @@ import numpy as np
 import tomli_w
 
 from touchdown.control.pid import PIDConfig, Rule
+from touchdown.core import installation
 from touchdown.core.errors import UserError
 from touchdown.training import pid_tuning
 from touchdown.training.pid_tuning import TUNED, Objective
@@ -124,9 +125,7 @@ class _Search:
         try:
             import optuna  # noqa: PLC0415 - an extra
         except ImportError:
-            raise UserError(
-                f"tuner = {tuner!r}: needs Optuna; install it: pip install 'touchdown[optuna]'"
-            ) from None
+            raise installation.missing(f"tuner = {tuner!r}", "Optuna", "optuna") from None
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         start: dict[str, Any] = dict(
             zip(TUNED, self._objective.point_of(pid_tuning.HAND_PICKED), strict=True)

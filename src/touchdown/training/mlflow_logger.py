@@ -1,9 +1,8 @@
-"""Logs scalars to MLflow; importing this module needs the extra `touchdown[mlflow]`."""
+"""Logs scalars to MLflow; importing this module needs the extra `mlflow`."""
 
 import os
 import time
 from collections.abc import Mapping
-from importlib.metadata import version
 from typing import cast
 
 # MLflow sends usage data to its developers as soon as it is imported, even for a local store
@@ -13,6 +12,7 @@ from mlflow.entities import Metric, Param
 from mlflow.exceptions import MlflowException
 from mlflow.tracking import MlflowClient
 
+from touchdown import __version__
 from touchdown.config.config import Config
 from touchdown.config.fields import flat
 
@@ -95,7 +95,7 @@ class MlflowLogger:
             "seed": str(config.seed),
             "env_id": config.env_id,
             "digest": config.digest,
-            "touchdown": version("touchdown"),
+            "touchdown": __version__,
         }
         run_id = self._client.create_run(self._experiment_id, run_name=name, tags=tags).info.run_id
         params = [Param(name, str(value)) for name, value in flat(config).items()]

@@ -11,7 +11,7 @@ import msgspec
 from msgspec import Struct
 
 from touchdown.config.config import Config
-from touchdown.core import files, records
+from touchdown.core import files, installation, records
 from touchdown.core.errors import UserError, one_line
 from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
@@ -120,8 +120,5 @@ def _class_of(name: LoggerName) -> Callable[[str, Config, str | None], ServiceLo
             return WandbLogger
         from touchdown.training.mlflow_logger import MlflowLogger  # noqa: PLC0415 - an extra
     except ImportError:
-        raise UserError(
-            f"logger {name!r}: needs {name}, which is not installed: "
-            f"pip install 'touchdown[{name}]'"
-        ) from None
+        raise installation.missing(f"logger {name!r}", name, name) from None
     return MlflowLogger

@@ -1,10 +1,10 @@
-"""Logs scalars to Weights & Biases; importing this module needs the extra `touchdown[wandb]`."""
+"""Logs scalars to Weights & Biases; importing this module needs the extra `wandb`."""
 
 from collections.abc import Mapping
-from importlib.metadata import version
 
 from wandb import Settings, init, setup
 
+from touchdown import __version__
 from touchdown.config.config import Config
 from touchdown.config.toml import to_dict
 
@@ -35,7 +35,7 @@ class WandbLogger:
             id=run_id,
             resume="allow",
             reinit="create_new",  # other open runs of the user stay open
-            config={**to_dict(config), "digest": config.digest, "touchdown": version("touchdown")},
+            config={**to_dict(config), "digest": config.digest, "touchdown": __version__},
             tags=[config.preset[:_LONGEST_TAG], config.env_id[:_LONGEST_TAG]],
             settings=Settings(console="off", quiet=True),  # progress bars do not belong in a log
         )

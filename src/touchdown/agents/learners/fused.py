@@ -23,6 +23,7 @@ from touchdown.agents.networks import GreedyPolicy, QNetwork
 from touchdown.agents.rollout import Rollout, rollout_targets
 from touchdown.config.config import Config
 from touchdown.config.sections import LearningConfig
+from touchdown.core import installation
 from touchdown.core.errors import UserError
 from touchdown.core.types import FloatArray, Tensors
 
@@ -47,8 +48,8 @@ class FusedNetwork:
     def __init__(self, network: QNetwork) -> None:
         if not is_built():
             raise UserError(
-                "backend = 'fused': the kernel was not built with touchdown; install a C++ "
-                "compiler such as g++ and reinstall touchdown, or use backend = 'jax'"
+                "backend = 'fused': the kernel was not built with touchdown; use backend = 'jax', "
+                f"or {installation.how_to_compile()}"
             )
         from touchdown.agents.learners._fused import Perceptron  # noqa: PLC0415 - if it was built
 

@@ -9,7 +9,7 @@ from typing import Any
 from rich.console import Console
 
 from touchdown.config import presets, toml
-from touchdown.core import files
+from touchdown.core import files, installation
 from touchdown.core.errors import Interrupted, UserError
 from touchdown.core.progress import Counter, console_for, stop_on_signals
 from touchdown.figures import importance
@@ -85,9 +85,7 @@ def tune_agent(
     try:
         from touchdown.studies import search  # noqa: PLC0415 - an extra
     except ImportError:
-        raise UserError(
-            "tune agent: needs Optuna; install it: pip install 'touchdown[optuna]'"
-        ) from None
+        raise installation.missing("tune agent", "Optuna", "optuna") from None
     base = presets.preset(preset)
     if env_steps is not None:
         training = dataclasses.replace(base.training, max_env_steps=env_steps, episodes=1_000_000)

@@ -7,7 +7,7 @@ from rich.console import Console
 
 from touchdown.api import views
 from touchdown.api.studies.find import AnyStudy, StudySelection, find_study
-from touchdown.core import plugins
+from touchdown.core import installation, plugins
 from touchdown.core.errors import Interrupted, UserError
 from touchdown.core.progress import Counter, console_for, stop_on_signals
 from touchdown.studies import runner
@@ -163,8 +163,6 @@ def executor_of(on: str, workers: int | None = None) -> Executor:
         try:
             from touchdown.studies.ray_executor import RayExecutor  # noqa: PLC0415 - an extra
         except ImportError:
-            raise UserError(
-                f"on = {on!r}: needs Ray; install it: pip install 'touchdown[ray]'"
-            ) from None
+            raise installation.missing(f"on = {on!r}", "Ray", "ray") from None
         return RayExecutor(on, workers)
     raise UserError(f"on = {on!r}: must be local, ray or ray://host:port")

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchdown.agents.greedy import in_blocks
-from touchdown.core import files
+from touchdown.core import files, onnx_runtime
 from touchdown.core.errors import UserError, one_line
 from touchdown.core.types import FloatArray, IntArray, Spaces
 from touchdown.envs import environment
@@ -31,13 +31,8 @@ class OnnxModel:
     """
 
     def __init__(self, source: bytes | Path, where: str) -> None:
-        try:
-            onnxruntime: Any = import_module("onnxruntime")
-            errors: Any = import_module("onnxruntime.capi.onnxruntime_pybind11_state")
-        except ImportError:
-            raise UserError(
-                f"{where}: needs onnxruntime, which is not installed: pip install 'touchdown[onnx]'"
-            ) from None
+        onnxruntime = onnx_runtime.load(where)
+        errors: Any = import_module("onnxruntime.capi.onnxruntime_pybind11_state")
         options: Any = onnxruntime.SessionOptions()
         options.intra_op_num_threads = options.inter_op_num_threads = 1
         options.log_severity_level = 4  # errors are raised, so no log is needed
