@@ -1,7 +1,9 @@
 """How touchdown was installed, and the commands that complete this installation."""
 
 import json
+import os
 import re
+import subprocess
 import sys
 import tomllib
 from pathlib import Path
@@ -10,6 +12,7 @@ from types import SimpleNamespace
 import pytest
 
 import touchdown
+from installs import wheel_without_compiler
 from touchdown.core import installation
 
 ROOT = Path(__file__).parents[2]
@@ -122,3 +125,48 @@ def test_the_documentation_names_no_other_distribution():
     assert not wrong
     hints = [hint for text in texts.values() for hint in re.findall(r"touchdown-rl\[(\w+)\]", text)]
     assert {*hints} >= {"onnx", "optuna", "ray", "wandb", "mlflow"}
+
+
+SHORT = (
+    *("train", "cartpole", "--hidden-sizes=8", "--min-size=20", "--max-env-steps=300"),
+    *("--validation-period=100", "--validation-episodes=2", "--final-validation-episodes=2"),
+    *("--test-episodes=2",),
+)
+TUNING = ("tune", "agent", "cartpole", "--trials=1", "--seeds=1", "--env-steps=2000")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("extra", "words", "then"),
+    [
+        ("onnx", ("export", "ace"), "ace.onnx"),
+        ("optuna", TUNING, "cartpole-tuned.toml"),
+        ("ray", ("study", "run", "paper", "--on=ray://127.0.0.1:9"), "no cluster can be reached"),
+        ("wandb", (*SHORT, "--logger=wandb"), "wandb/offline-run"),
+        ("mlflow", (*SHORT, "--logger=mlflow"), "mlflow.db"),
+    ],
+)
+def test_in_an_empty_environment_each_hint_leads_to_what_was_wanted(tmp_path, extra, words, then):
+    wheel = wheel_without_compiler(tmp_path)
+    bin_dir = Path(sys.executable).parent
+    env = {**os.environ, "PATH": f"{bin_dir}{os.pathsep}{os.environ['PATH']}"}
+    env |= {"WANDB_MODE": "offline", "OMP_NUM_THREADS": "1"}
+
+    def run(*args, code: int | None = 0) -> str:
+        done = subprocess.run(
+            args, cwd=tmp_path, env=env, capture_output=True, text=True, check=False
+        )
+        assert code is None or done.returncode == code, done.stdout + done.stderr
+        return done.stdout + done.stderr
+
+    run("uv", "venv", "--python", sys.executable, "empty")
+    python = tmp_path / "empty" / "bin" / "python"
+    lock = ROOT / "requirements.lock"
+    run("uv", "pip", "install", "--python", python, "--constraints", lock, wheel)
+    touchdown_command = python.with_name("touchdown")
+    hint = run(touchdown_command, *words, code=2).rpartition("install it: ")[2].strip()
+    assert f"[{extra}] @ file://" in hint
+    run("sh", "-c", hint)
+    said = run(touchdown_command, *words, code=None)
+    assert "Traceback" not in said
+    assert then in said or next(tmp_path.rglob(f"{then}*"), None), said

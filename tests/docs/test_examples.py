@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from installs import wheel_without_compiler
+
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "docs" / "examples"
 SHORT = (
@@ -29,15 +31,12 @@ def blocks(page: str) -> dict[str, str]:
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory):
-    """A Python that has touchdown from a wheel, and all else from this environment."""
+    """A Python that has touchdown from a wheel, and all else from this environment.
+
+    The wheel was built without a compiler, so all this runs on stock Gymnasium.
+    """
     folder = tmp_path_factory.mktemp("installed")
-    subprocess.run(
-        [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation",
-         "--disable-pip-version-check", "--wheel-dir", str(folder), str(ROOT)],
-        check=True,
-        capture_output=True,
-    )  # fmt: skip
-    (wheel,) = folder.glob("*.whl")
+    wheel = wheel_without_compiler(folder)
     venv.create(folder / "venv", with_pip=False, symlinks=True)
     python = folder / "venv" / "bin" / "python"
     site = next((folder / "venv" / "lib").glob("python*/site-packages"))
@@ -128,6 +127,26 @@ def test_an_environment_of_ones_own_is_trained_and_read_after_its_module_is_gone
     page = (outside.folder / "page" / "index.html").read_text("utf-8")
     assert "pilot" in page
     assert "test return" in page
+
+
+def test_without_a_compiler_each_verb_works_and_what_needs_one_says_how_to_compile(outside):
+    said = outside("""
+        import contextlib, io
+        complaint = io.StringIO()
+        with contextlib.redirect_stderr(complaint):
+            refused("train", "pilot", "--engine=exact")
+            refused("train", "pilot", "--backend=fused")
+        print(complaint.getvalue())
+        app.main(["doctor"])
+        app.main(["evaluate", "ace", "--episodes=2"])
+        app.main(["fly", "ace", "--out=ace.gif"])
+        app.main(["tune", "pid", "--tolerance=0.99", "--starts=1"])
+    """)
+    said = " ".join(said.split())
+    assert "engine 'exact': was not built when touchdown was installed; use gymnasium, or" in said
+    assert said.count("install a C++ compiler such as g++, then run: ") == 3
+    assert "was not built, so the slower stock Gymnasium is used" in said
+    assert (outside.folder / "ace.gif").is_file()
 
 
 def test_an_agent_of_ones_own_is_checked_trained_resumed_and_exported(outside):

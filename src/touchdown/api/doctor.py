@@ -6,7 +6,6 @@ import shutil
 import sys
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal, cast
 
@@ -82,7 +81,11 @@ def _machine() -> tuple[State, str]:
 
 def _libraries() -> tuple[State, str]:
     names = ("jax", "equinox", "optax", "numpy", "gymnasium", "box2d")
-    return "good", ", ".join(f"{name} {version(name)}" for name in names)
+    found = installation.versions(names)
+    missing = [name for name in names if name not in found]
+    if missing:
+        return "bad", f"not installed: {', '.join(missing)}; install touchdown again"
+    return "good", ", ".join(f"{name} {found[name]}" for name in names)
 
 
 def _jax() -> tuple[State, str]:
@@ -154,12 +157,14 @@ def _window() -> tuple[State, str]:
 
 
 def _extras() -> tuple[State, str]:
-    there = [extra for extra in installation.EXTRAS if installation.is_installed(extra)]
-    lacking = [extra for extra in installation.EXTRAS if extra not in there]
-    if not lacking:
-        return "good", f"{', '.join(there)} are installed"
-    ways = "; ".join(f"{extra}: {installation.command_for(extra)}" for extra in lacking)
-    return "good", f"installed: {', '.join(there) or 'none'}; optional: {ways}"
+    there = list(filter(installation.is_installed, installation.EXTRAS))
+    ways = "; ".join(
+        f"{extra}: {installation.command_for(extra)}"
+        for extra in installation.EXTRAS
+        if extra not in there
+    )
+    installed = f"installed: {', '.join(there) or 'none'}"
+    return "good", f"{installed}; to add others: {ways}" if ways else installed
 
 
 def _runs(runs_dir: Path) -> tuple[State, str]:

@@ -4,20 +4,22 @@ import json
 import shlex
 import shutil
 import sys
+from collections.abc import Iterable
 from functools import cache
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Literal, cast, get_args
+from typing import Any, Literal, get_args
 from urllib.parse import unquote, urlparse
 
+from touchdown import __version__
 from touchdown.core.errors import UserError
 
 DISTRIBUTION = "touchdown-rl"
 """Name to install; `touchdown` on PyPI is another project."""
 
 Extra = Literal["mlflow", "onnx", "optuna", "ray", "wandb"]
-EXTRAS = cast(tuple[Extra, ...], get_args(Extra))
+EXTRAS: tuple[Extra, ...] = get_args(Extra)
 
 
 def missing(where: str, library: str, extra: Extra) -> UserError:
@@ -55,6 +57,13 @@ def command_to_rebuild() -> str:
     # an installer would otherwise take the wheel that it built without a compiler from its cache
     fresh = "--reinstall --no-cache" if _uses_uv() else "--force-reinstall --no-cache-dir"
     return f"{_installer()} {fresh} --no-deps {source}"
+
+
+def versions(packages: Iterable[str]) -> dict[str, str]:
+    """The versions of touchdown and of the packages that are installed, by name."""
+    return {"touchdown": __version__} | {
+        name: distribution(name).version for name in packages if _is_present(name)
+    }
 
 
 def is_installed(extra: Extra) -> bool:

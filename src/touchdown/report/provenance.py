@@ -3,14 +3,13 @@
 import platform
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
-from importlib.metadata import version
 
-from touchdown.core import threads
+from touchdown.core import installation, threads
 from touchdown.lander import engine as engines
 from touchdown.runs.provenance import cpu_name
 from touchdown.studies.results import PidResult, StudyResults
 
-_PACKAGES = ("touchdown", "gymnasium", "jax", "numpy", "scipy", "statsmodels")
+_PACKAGES = ("gymnasium", "jax", "numpy", "scipy", "statsmodels")
 
 
 def page_facts(
@@ -66,7 +65,7 @@ def machine_facts() -> tuple[tuple[str, str], ...]:
             "machine",
             f"{cpu_name()}, {threads.available()} cores, Python {platform.python_version()}",
         ),
-        ("versions", ", ".join(f"{name} {version(name)}" for name in _PACKAGES)),
+        ("versions", ", ".join(map(" ".join, installation.versions(_PACKAGES).items()))),
         ("lander", f"trained on {engines.engine_in_use()}, tested on stock Gymnasium"),
     )
 

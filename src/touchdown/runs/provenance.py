@@ -3,15 +3,13 @@
 import platform
 import subprocess
 import sys
-from importlib import metadata
 from pathlib import Path
 from typing import Literal
 
 from msgspec import Struct, field
 
-from touchdown import __version__
 from touchdown.config.config import Config
-from touchdown.core import device, records, threads
+from touchdown.core import device, installation, records, threads
 from touchdown.core.records import Count
 from touchdown.lander.engine import Engine, engine_in_use
 from touchdown.lander.rules import is_lander
@@ -59,8 +57,7 @@ def provenance_of(config: Config) -> Provenance:
         config_digest=config.digest,
         seed=config.seed,
         python=sys.version.split()[0],
-        versions={"touchdown": __version__}
-        | {name: metadata.version(name) for name in _RECORDED_PACKAGES},
+        versions=installation.versions(_RECORDED_PACKAGES),
         git_commit=_git_commit(),
         platform=platform.platform(),
         cpu=cpu_name(),
