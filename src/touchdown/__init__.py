@@ -7,6 +7,8 @@ importing the package is fast.
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from touchdown.core.version import __version__ as __version__
+
 if TYPE_CHECKING:
     from touchdown.api.exporting import export
     from touchdown.api.flying import evaluate, fly
@@ -60,7 +62,6 @@ _HOMES = {
     "tune_pid": "api.tuning",
 }
 
-__version__ = "0.1.0"
 __all__ = [
     "PRESETS",
     "Claim",

@@ -13,9 +13,9 @@ import gymnasium
 import numpy as np
 from gymnasium.error import Error as GymnasiumError
 
-from touchdown import __version__
 from touchdown.core import device, installation, threads
 from touchdown.core.errors import UserError, one_line
+from touchdown.core.version import __version__
 from touchdown.envs import environment
 from touchdown.lander import engine as engines
 from touchdown.lander import rules

@@ -5,10 +5,10 @@ import sys
 import warnings
 from collections.abc import Sequence
 
-from touchdown import __version__
 from touchdown.cli.parse import named_in, parse
 from touchdown.core import plugins
 from touchdown.core.errors import Interrupted, UserError, one_line
+from touchdown.core.version import __version__
 
 _BAD_INPUT = 2
 _INTERRUPTED = 130  # what a shell reports for a program ended by Ctrl-C

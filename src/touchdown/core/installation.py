@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 from urllib.parse import unquote, urlparse
 
-from touchdown import __version__
 from touchdown.core.errors import UserError
+from touchdown.core.version import __version__
 
 DISTRIBUTION = "touchdown-rl"
 """Name to install; `touchdown` on PyPI is another project."""

@@ -3,10 +3,10 @@
 import json
 from collections.abc import Mapping
 
-from touchdown import __version__
 from touchdown.config import toml
 from touchdown.config.config import Config
 from touchdown.core.installation import DISTRIBUTION
+from touchdown.core.version import __version__
 from touchdown.evaluation.evaluation import Evaluation
 from touchdown.evaluation.table import evaluation_rows
 from touchdown.exports.agreement import Agreement

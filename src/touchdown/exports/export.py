@@ -6,11 +6,11 @@ from importlib import resources
 from pathlib import Path
 from typing import Literal, cast, get_args
 
-from touchdown import __version__
 from touchdown.agents.networks import QNetwork
 from touchdown.agents.qtable import QTable
 from touchdown.core import files
 from touchdown.core.errors import UserError
+from touchdown.core.version import __version__
 from touchdown.exports import agreement as agreements
 from touchdown.exports import graph
 from touchdown.exports.agreement import Agreement

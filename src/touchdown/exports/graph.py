@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from touchdown import __version__
 from touchdown.agents.networks import QNetwork
 from touchdown.agents.qtable import QTable
 from touchdown.agents.states import Grid
 from touchdown.core import installation, onnx_runtime
 from touchdown.core.types import FloatArray
+from touchdown.core.version import __version__
 
 # of 2022: old enough for most runtimes, new enough for LayerNormalization
 OPSET, IR_VERSION = 17, 8

@@ -12,9 +12,9 @@ from mlflow.entities import Metric, Param
 from mlflow.exceptions import MlflowException
 from mlflow.tracking import MlflowClient
 
-from touchdown import __version__
 from touchdown.config.config import Config
 from touchdown.config.fields import flat
+from touchdown.core.version import __version__
 
 _EXPERIMENT = "touchdown"
 _MOST_METRICS, _MOST_PARAMS = 1_000, 100  # the most that MLflow accepts in one request

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 from wandb import Settings, init, setup
 
-from touchdown import __version__
 from touchdown.config.config import Config
 from touchdown.config.toml import to_dict
+from touchdown.core.version import __version__
 
 _PROJECT = "touchdown"
 _LONGEST_TAG = 64  # characters that W&B accepts
