@@ -10,7 +10,7 @@ from touchdown.config import config as configs
 from touchdown.config.config import Config
 from touchdown.core import files
 from touchdown.core.errors import UserError
-from touchdown.policies.names import BASELINES, POLICY_FILES
+from touchdown.policies.names import BASELINES, OTHER_FILES, POLICY_FILES
 from touchdown.runs.provenance import provenance_of
 
 DEFAULT_RUNS = Path("runs")
@@ -109,7 +109,7 @@ def create(runs_dir: Path, config: Config, name: str | None = None) -> RunFolder
             f"name {name!r}: must be a plain folder name of letters, digits, '.', '_' and '-', "
             "such as pilot-0"
         )
-    if name in BASELINES or (name and name.endswith(POLICY_FILES)):
+    if name in BASELINES or (name and name.endswith((*POLICY_FILES, *OTHER_FILES))):
         raise UserError(f"name {name!r}: is already the name of a policy; choose another")
     default = f"{config.preset}-{config.seed}"
 

@@ -118,7 +118,7 @@ class Evil:
 def test_a_pickle_that_would_run_something_is_refused_and_runs_nothing(tmp_path, protocol):
     marker = tmp_path / "run"
     program = pickle.dumps(Evil(marker), protocol)
-    with pytest.raises(ValueError, match="which no state dict needs"):
+    with pytest.raises(ValueError, match="which is not needed"):
         read_state(saved(program))
     assert not marker.exists()
     pickle.loads(program)  # noqa: S301 - the decoy shows that it would run
@@ -131,8 +131,8 @@ def test_a_pickle_that_would_run_something_is_refused_and_runs_nothing(tmp_path,
         (b"\x80\x02cos\nsystem\n" + text("true") + b"\x85R.", "names 'os.system'"),
         (b"\x80\x02cnumpy\nload\n.", "names 'numpy.load'"),
         (b"\x80\x02ctorch\nFloatStorage.__init__\n.", "names 'torch.FloatStorage.__init__'"),
-        (b"(S'a'\nios\nsystem\n.", "has STRING, which no state dict needs"),
-        (b"\x80\x02]" + b".", "has EMPTY_LIST"),
+        (b"(S'a'\nios\nsystem\n.", "has STRING, which is not needed"),
+        (b"\x80\x02]" + b".", "is not a state dict"),
         (b"\x80\x02)R.", "broken"),
         (b"\x80\x02h\x05.", "broken"),
         (b"\x80\x02u.", "broken"),
@@ -140,8 +140,8 @@ def test_a_pickle_that_would_run_something_is_refused_and_runs_nothing(tmp_path,
         (b"\x80\x02}(K\x01u.", "broken"),
         (b"\x80\x02})K\x01s.", "not a name"),
         (b"\x80\x02K\x01.", "is not a state dict"),
-        (b"\x80\x02ccollections\nOrderedDict\nK\x01R.", "not an array"),
-        (b"\x80\x02K\x01Q.", "not a storage"),
+        (b"\x80\x02ccollections\nOrderedDict\nK\x01R.", "not a call"),
+        (b"\x80\x02K\x01Q.", "is not a state dict"),
         (b"", "not a complete pickle"),
         (b"\x80\x02X\xff\xff\xff\x7fab", "not a complete pickle"),
         (b"\xff\xfe", "not a complete pickle"),
@@ -174,9 +174,30 @@ def test_an_array_that_reaches_beyond_its_storage_is_refused(array):
         read_state(saved(state(a=array)))
 
 
+@pytest.mark.parametrize(
+    "identity",
+    [
+        text("storage"),
+        b"(" + text("memory") + b"ctorch\nFloatStorage\n" + text("0") + text("cpu") + b"K\x06t",
+        b"(" + text("storage") + text("float") + text("0") + text("cpu") + b"K\x06t",
+    ],
+)
+def test_an_array_of_something_else_than_a_storage_is_refused(identity):
+    array = b"ctorch._utils\n_rebuild_tensor_v2\n(" + identity + b"QK\x00K\x06\x85K\x01\x85tR"
+    with pytest.raises(ValueError, match="has an array of an unknown kind"):
+        read_state(saved(state(a=array)))
+
+
+def test_a_state_dict_within_a_dictionary_has_the_name_of_its_entry():
+    array = tensor((6,), (1,))
+    inner = state(w=array).removeprefix(b"\x80\x02").removesuffix(b".")
+    program = b"\x80\x02}(" + text("model_weights") + inner + text("epoch") + b"K\x03u."
+    assert list(read_state(saved(program))) == ["model_weights.w"]
+
+
 def test_too_many_numbers_are_refused_before_any_is_read():
-    huge = {f"a{n}": tensor((1,), (1,), count=2**25, key="none") for n in range(3)}
-    with pytest.raises(ValueError, match="more than 67108864 numbers"):
+    huge = {f"a{n}": tensor((1,), (1,), count=2**23, key="none") for n in range(3)}
+    with pytest.raises(ValueError, match="more than 16777216 numbers"):
         read_state(saved(state(**huge)))
 
 
