@@ -8,65 +8,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
+from torch_files import saved, state, tensor, text
 from touchdown.policies.foreign.archive import Archive
 from touchdown.policies.foreign.torch_state import read_state
 
 REAL = Path(__file__).parent / "sb3" / "dqn.zip"
-
-
-def text(value: str) -> bytes:
-    data = value.encode()
-    return b"X" + len(data).to_bytes(4, "little") + data
-
-
-def number(value: int) -> bytes:
-    return b"J" + value.to_bytes(4, "little", signed=True)
-
-
-def numbers(values: tuple[int, ...]) -> bytes:
-    return b"(" + b"".join(map(number, values)) + b"t"
-
-
-def tensor(
-    shape: tuple[int, ...],
-    strides: tuple[int, ...],
-    *,
-    offset: int = 0,
-    storage: str = "FloatStorage",
-    key: str = "0",
-    count: int = 6,
-) -> bytes:
-    """The operations that make one array, as PyTorch writes them."""
-    return (
-        b"ctorch._utils\n_rebuild_tensor_v2\n(("
-        + text("storage")
-        + f"ctorch\n{storage}\n".encode()
-        + text(key)
-        + text("cuda:0")
-        + number(count)
-        + b"tQ"
-        + number(offset)
-        + numbers(shape)
-        + numbers(strides)
-        + b"\x89ccollections\nOrderedDict\n)RtR"
-    )
-
-
-def state(**tensors: bytes) -> bytes:
-    """The program of a state dict."""
-    items = b"".join(text(name) + operations for name, operations in tensors.items())
-    return b"\x80\x02ccollections\nOrderedDict\n)R(" + items + b"u."
-
-
-def saved(program: bytes, **members: bytes) -> bytes:
-    """A file of torch.save, its six numbers 0 to 5."""
-    file = io.BytesIO()
-    content = {"data/0": np.arange(6, dtype="<f4").tobytes(), **members}
-    with zipfile.ZipFile(file, "w") as archive:
-        archive.writestr("x/data.pkl", program)
-        for name, data in content.items():
-            archive.writestr(f"x/{name}", data)
-    return file.getvalue()
 
 
 def test_an_array_is_laid_out_by_its_strides():

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -96,6 +97,17 @@ def test_a_model_that_asks_for_gigabytes_is_refused_at_the_limit(tmp_path):
     path = saved(tmp_path / "m.onnx", nodes)
     with pytest.raises(UserError, match=r"^[^\n]*m\.onnx: [^\n]*$"):
         WorkerModel(path, WorkerLimits(memory=1024 * MIB)).results(ROW)
+
+
+def test_a_model_that_becomes_a_terabyte_when_it_is_loaded_is_refused_at_the_limit(tmp_path):
+    """40 nodes, each of which doubles its input, and which onnxruntime computes in advance."""
+    names = [*(f"x{index}" for index in range(40)), "q"]
+    nodes = [constant("x0", value_floats=[1.0])]
+    for one, two in pairwise(names):
+        nodes.append(helper.make_node("Concat", [one, one], [two], axis=0))
+    path = saved(tmp_path / "m.onnx", nodes)
+    with pytest.raises(UserError, match=r"^[^\n]*m\.onnx: [^\n]*$"):
+        WorkerModel(path, WorkerLimits(memory=768 * MIB)).results(ROW)
 
 
 def test_a_result_that_is_too_large_stays_in_its_process(tmp_path):
