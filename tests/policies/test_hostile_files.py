@@ -9,7 +9,6 @@ import resource
 import time
 import zipfile
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import onnx

@@ -188,7 +188,7 @@ def test_a_small_file_that_would_become_large_is_refused_at_once(tmp_path, descr
     tracemalloc.stop()
     assert "\n" not in str(refused.value)
     assert peak < 100e6
-    assert time.monotonic() - began < 10
+    assert time.monotonic() - began < 20
 
 
 def test_a_header_beyond_the_limit_is_not_parsed(tmp_path):

@@ -17,7 +17,6 @@ from onnx import TensorProto, helper
 from touchdown.core.errors import UserError
 from touchdown.core.limits import MIB, WorkerLimits
 from touchdown.policies.foreign import onnx_worker, worker_model
-from touchdown.policies.foreign.onnx import OnnxPolicy
 from touchdown.policies.foreign.worker_model import WorkerModel
 
 ROW = np.zeros((1, 2), np.float32)
@@ -107,7 +106,7 @@ def test_a_model_that_becomes_a_terabyte_when_it_is_loaded_is_refused_at_the_lim
         nodes.append(helper.make_node("Concat", [one, one], [two], axis=0))
     path = saved(tmp_path / "m.onnx", nodes)
     with pytest.raises(UserError, match=r"^[^\n]*m\.onnx: [^\n]*$"):
-        WorkerModel(path, WorkerLimits(memory=768 * MIB)).results(ROW)
+        WorkerModel(path, WorkerLimits(memory=512 * MIB)).results(ROW)
 
 
 def test_a_result_that_is_too_large_stays_in_its_process(tmp_path):
@@ -164,7 +163,11 @@ def test_a_process_ends_with_its_parent_even_while_it_computes_and_the_parent_is
     assert not is_alive(process)
 
 
-def test_a_fork_of_this_process_has_a_model_of_its_own(tmp_path):
+def test_a_fork_of_this_process_has_a_model_of_its_own_and_imports_nothing_from_the_current_folder(
+    tmp_path, monkeypatch
+):
+    (tmp_path / "onnxruntime.py").write_text("raise SystemExit('imported')")
+    monkeypatch.chdir(tmp_path)
     path = saved(tmp_path / "m.onnx", [helper.make_node("Neg", ["o"], ["q"])])
     model = WorkerModel(path)
     first = model._process
@@ -173,13 +176,6 @@ def test_a_fork_of_this_process_has_a_model_of_its_own(tmp_path):
     assert model._process.pid != first.pid
     assert is_alive(first.pid)
     worker_model._end(first, os.getpid())
-
-
-def test_the_folder_that_it_starts_in_adds_no_module(tmp_path, monkeypatch):
-    (tmp_path / "onnxruntime.py").write_text("raise SystemExit('imported')")
-    monkeypatch.chdir(tmp_path)
-    path = saved(tmp_path / "m.onnx", [helper.make_node("Neg", ["o"], ["q"])])
-    assert WorkerModel(path).run(ROW + 1, "q").tolist() == [[-1, -1]]
 
 
 # --- what is checked before a model is loaded ---
@@ -255,11 +251,3 @@ def test_what_a_worker_answers_is_checked(tmp_path):
             patch.setattr(model._process, "wait", lambda **_: 1)
             with pytest.raises(UserError, match=r"ended the process .*\(exit status 1\)"):
                 model._receive("compute an action", 1.0)
-
-
-def test_a_policy_of_a_worker_acts(tmp_path):
-    from touchdown.core.types import Spaces  # noqa: PLC0415 - one test needs it
-
-    path = saved(tmp_path / "m.onnx", [helper.make_node("Neg", ["o"], ["q"])])
-    flown = OnnxPolicy(WorkerModel(path), Spaces(2, 2), "m.onnx")
-    assert flown.act(np.array([[1, 2], [2, 1]])).tolist() == [0, 1]
