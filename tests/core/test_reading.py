@@ -55,6 +55,7 @@ def test_what_is_no_regular_file_is_refused_at_once_and_so_is_a_link_to_it(irreg
         assert refusal(each, None) == f"{each}: {said}"
         for read in (
             lambda path: reading.check_regular(path, 10),
+            reading.check_appendable,
             lambda path: records.decode_json(path, dict),
             lambda path: records.decode_jsonl(path, dict),
             files.read_tensors,
@@ -77,6 +78,8 @@ def test_a_link_to_a_file_is_read(tmp_path):
     (tmp_path / "link").symlink_to("file")
     assert reading.read_bytes(tmp_path / "link", 4) == b"four"
     assert reading.check_regular(tmp_path / "link", 4) == 4
+    reading.check_appendable(tmp_path / "link")
+    reading.check_appendable(tmp_path / "none yet")
 
 
 def test_a_size_is_not_trusted():

@@ -25,10 +25,10 @@ WEIGHTS_BYTES = 512 * MIB
 """A file of a policy's weights."""
 WEIGHTS_TEXT_BYTES = MIB
 """One text in its metadata, such as the description of the network."""
-WEIGHTS_TENSORS = 1_000
+WEIGHTS_TENSORS = 10_000
 """Arrays in it."""
 LAYERS = 100
-"""Hidden layers of a network from a file; each adds to the time of compilation."""
+"""Hidden layers of a network; each adds to the time of compilation."""
 
 # --- archives of Stable-Baselines3 and PyTorch ---
 

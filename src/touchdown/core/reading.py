@@ -2,6 +2,7 @@
 
 import os
 import stat
+import sys
 from pathlib import Path
 
 from touchdown.core.errors import UserError, one_line
@@ -61,6 +62,16 @@ def check_regular(path: Path, most: int) -> int:
     if size > most:
         raise UserError(f"{path}: has {size} bytes, must be at most {most}")
     return size
+
+
+def check_appendable(path: Path) -> None:
+    """Check that a file of another program's folder can be opened to append: a pipe would block.
+
+    Raises:
+        UserError: it exists and is not a regular file.
+    """
+    if path.exists():
+        check_regular(path, sys.maxsize)
 
 
 def read_text(path: Path, most: int) -> str:

@@ -158,8 +158,6 @@ def _read_with_agent(tensors: Tensors, text: str, path: Path) -> Weights:
 def _check_sizes(config: NetworkConfig, tensors: Tensors) -> None:
     """Refuse a network with more nodes than the file has numbers, before creating it."""
     sizes = (1, *config.hidden_sizes, max(1, config.quantiles, config.atoms))
-    if len(sizes) - 2 > limits.LAYERS:
-        raise ValueError(f"has {len(sizes) - 2} hidden layers, must be at most {limits.LAYERS}")
     given = sum(tensor.size for tensor in tensors.values())
     if sum(first * second for first, second in pairwise(sizes)) > given:
         raise ValueError(f"it has {given} numbers, fewer than the network that it describes")

@@ -8,7 +8,7 @@ from typing import IO
 from touchdown.config import checks, toml
 from touchdown.config import config as configs
 from touchdown.config.config import Config
-from touchdown.core import files
+from touchdown.core import files, reading
 from touchdown.core.errors import UserError
 from touchdown.policies.names import BASELINES, OTHER_FILES, POLICY_FILES
 from touchdown.runs.provenance import provenance_of
@@ -143,8 +143,9 @@ def lock(folder: RunFolder) -> IO[bytes]:
     """Lock a run for writing, until the returned file is closed or its process ends.
 
     Raises:
-        UserError: another process is training the run.
+        UserError: another process is training the run, or its lock is not a regular file.
     """
+    reading.check_appendable(folder.path / "lock")
     file = (folder.path / "lock").open("ab")
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

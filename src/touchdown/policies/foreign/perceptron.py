@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from touchdown.agents.greedy import GreedyPolicy
 from touchdown.agents.networks import QNetwork
 from touchdown.config.sections import NetworkConfig
-from touchdown.core import finite, limits
+from touchdown.core import finite
 from touchdown.core.types import Spaces
 
 State = Mapping[str, NDArray[Any]]
@@ -34,14 +34,12 @@ def sequence(state: State, prefix: str) -> list[Linear]:
         The layers in order; none if no name begins so.
 
     Raises:
-        ValueError: there are other layers, or too many.
+        ValueError: there are other layers.
     """
     names = [name.removeprefix(prefix) for name in state if name.startswith(prefix)]
     numbers = range(0, len(names), 2)
     if set(names) != {f"{number}.{kind}" for number in numbers for kind in Linear._fields}:
         raise ValueError(f"{prefix[:-1]} has layers that are not linear, which are not supported")
-    if len(numbers) > limits.LAYERS:
-        raise ValueError(f"has {len(numbers)} layers, must be at most {limits.LAYERS}")
     return [linear(state, f"{prefix}{number}") for number in numbers]
 
 

@@ -50,9 +50,11 @@ class Facts(msgspec.Struct):
 
         They keep the original observation beside the last one only where it was normalised.
         """
-        if self.last_original_obs is msgspec.UNSET or bytes(self.last_obs) == b"null":
+        if self.last_original_obs is msgspec.UNSET:
             return None
-        return bytes(self.last_original_obs) != b"null"
+        if bytes(self.last_original_obs) != b"null":
+            return True
+        return None if bytes(self.last_obs) == b"null" else False  # it may not be trained yet
 
 
 def read_facts(data: bytes) -> Facts:
