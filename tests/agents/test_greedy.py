@@ -1,9 +1,11 @@
 import jax
 import numpy as np
+import pytest
 from numpy.random import default_rng
 
 from touchdown.agents.greedy import GreedyPolicy, in_blocks
 from touchdown.agents.networks import QNetwork
+from touchdown.core.errors import UserError
 
 
 def tied(network: QNetwork, params: np.ndarray) -> np.ndarray:
@@ -46,3 +48,14 @@ def test_blocks_are_of_one_size_and_their_filling_is_left_out():
     observations = np.arange(10).reshape(5, 2)
     assert in_blocks(double, observations, rows=2).tolist() == [0, 4, 8, 12, 16]
     assert seen == [(2, 2)] * 3
+
+
+def test_a_value_that_is_not_finite_has_no_best_action(network: QNetwork):
+    policy = GreedyPolicy(network, np.array(network.init(jax.random.key(0))))
+    observations = np.zeros((3, 5), np.float32)
+    observations[1, 2] = np.inf
+    with pytest.raises(
+        UserError, match=r"values are not finite for the observation \[0\.0, 0\.0, inf"
+    ):
+        policy.act(observations)
+    assert policy.act(observations[:1]).shape == (1,)

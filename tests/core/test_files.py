@@ -276,13 +276,3 @@ def test_nesting_beyond_reason_is_refused_in_one_line(tmp_path: Path):
     path.write_text("[" * 100_000)
     with pytest.raises(UserError, match="not JSON"):
         read_json(path)
-
-
-def test_bytes_are_read_up_to_what_they_may_be(tmp_path):
-    path = tmp_path / "a"
-    path.write_bytes(b"four")
-    assert files.read_bytes(path, 4) == b"four"
-    with pytest.raises(UserError, match="has 4 bytes, must be at most 3"):
-        files.read_bytes(path, 3)
-    with pytest.raises(UserError, match="cannot be read: No such file"):
-        files.read_bytes(tmp_path / "gone", 3)

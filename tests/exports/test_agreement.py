@@ -7,7 +7,7 @@ from numpy.testing import assert_array_equal
 
 from touchdown.core.errors import UserError
 from touchdown.exports import agreement as agreements
-from touchdown.policies.foreign.onnx import OnnxModel
+from touchdown.policies.foreign.onnx_session import Session
 
 OBSERVATIONS = np.zeros((3, 2), np.float32)
 Q = np.array([[1.0, 2.0], [4.0, 3.0], [2.0, 2.0]])
@@ -37,7 +37,7 @@ class Model:
 
 
 def check(q: np.ndarray, actions: list[int], policy: Policy | None = None, **options: float):
-    model = cast(OnnxModel, Model(q, actions))
+    model = cast(Session, Model(q, actions))
     return agreements.check(model, policy or Policy(Q), OBSERVATIONS, **options)
 
 

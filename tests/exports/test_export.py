@@ -23,7 +23,7 @@ from touchdown.exports import agreement
 from touchdown.policies import lookup
 from touchdown.policies import weights as policy_weights
 from touchdown.policies.facts import WeightsFacts
-from touchdown.policies.foreign.onnx import OnnxModel
+from touchdown.policies.foreign.onnx_session import Session
 from touchdown.runs import folder as folders
 from touchdown.runs.run import Run
 
@@ -85,7 +85,7 @@ def test_the_model_flies_as_the_run_does(run, exported):
 
 
 def test_the_metadata_of_the_model_name_its_run(run, exported):
-    metadata = OnnxModel(exported.files[0].read_bytes(), "test").metadata
+    metadata = Session(exported.files[0].read_bytes()).metadata
     assert json.loads(metadata.pop("network"))["hidden_sizes"] == [8]
     assert metadata == {
         "env_id": "LunarLander-v3",

@@ -9,7 +9,7 @@ from touchdown.agents.qtable import QTable
 from touchdown.agents.states import Grid, OneHot
 from touchdown.config.sections import NetworkConfig, TableConfig
 from touchdown.exports.graph import IR_VERSION, OPSET, onnx_model
-from touchdown.policies.foreign.onnx import OnnxModel
+from touchdown.policies.foreign.onnx_session import Session
 
 D, A = 5, 3
 OBSERVATIONS = np.random.default_rng(0).normal(size=(40, D)).astype(np.float32)
@@ -17,7 +17,7 @@ OBSERVATIONS = np.random.default_rng(0).normal(size=(40, D)).astype(np.float32)
 
 def run(model: QNetwork | QTable, params: np.ndarray, observations: np.ndarray):
     data = onnx_model(model, params, observations.shape[1], A, {})
-    return OnnxModel(data, "test").run(observations, ["q_values", "action"])
+    return Session(data).run(observations, ["q_values", "action"])
 
 
 def linear(weights: list[list[float]], bias: list[float]) -> tuple[QNetwork, np.ndarray]:
@@ -106,7 +106,7 @@ def test_the_file_has_metadata_and_fixed_versions_for_older_runtimes():
     made = onnx.load_model_from_string(data)
     assert (made.ir_version, made.opset_import[0].version) == (IR_VERSION, OPSET) == (8, 17)
     assert made.producer_name == "touchdown"
-    model = OnnxModel(data, "test")
+    model = Session(data)
     assert model.metadata == {"env_id": "LunarLander-v3", "note": "ä"}
     assert model.inputs == [("observations", "tensor(float)", ["N", 2])]
     assert model.outputs == ["q_values", "action"]

@@ -1,4 +1,6 @@
 import json
+import time
+import tracemalloc
 
 import jax
 import numpy as np
@@ -125,3 +127,79 @@ def test_metadata_of_another_kind_is_refused(path):
     assert load(path.read_bytes())  # the library reads it
     with pytest.raises(UserError, match="__metadata__ = None: must be an object"):
         policy_weights.load_weights(path)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_weights_that_are_not_finite_are_neither_written_nor_read(path, tmp_path, value):
+    agent = make_agent(CONFIG, environment.spaces_of(CONFIG.env_id), streams(0))
+    weights = agent.weights()
+    weights["q"][3, 1] = value
+    policy = agent.policy(agent.weights())
+    other = tmp_path / "other.safetensors"
+    with pytest.raises(UserError, match=r"not written: q has 1 of \d+ numbers that are not finite"):
+        policy_weights.save_weights(other, weights, policy, FACTS, CONFIG)
+    assert not other.exists()
+    _, texts = files.read_tensors(path)
+    path.write_bytes(save(weights, texts))
+    with pytest.raises(
+        UserError, match=r"q has 1 of \d+ numbers that are not finite; its training"
+    ):
+        read_all(path)
+
+
+# --- limits on what a file becomes ---
+
+
+def hostile(path, *, hidden_sizes=(), tensors=None, **texts):
+    """A file of weights that describes this network, however few weights it has."""
+    network = json.dumps({"hidden_sizes": hidden_sizes})
+    metadata = {"format_version": "2", "env_id": "LunarLander-v3", "network": network, **texts}
+    path.write_bytes(save(tensors or {"w": np.zeros((8, 8), np.float32)}, metadata))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("described", "said"),
+    [
+        ({"hidden_sizes": [1] * 101}, "hidden_sizes: has 101 layers, must be at most 100"),
+        ({"hidden_sizes": [1] * 300_000}, "hidden_sizes: has 300000 layers, must be at most 100"),
+        ({"hidden_sizes": [100_000, 100_000]}, "it has 64 numbers, fewer than the network"),
+        ({"hidden_sizes": [9, 9]}, "it has 64 numbers, fewer than the network"),
+        ({"hidden_sizes": [2**63]}, "hidden_sizes"),
+        (
+            {"network": '{"atoms": 100000}', "hidden_sizes": []},
+            "it has 64 numbers, fewer than the network",
+        ),
+        (
+            {"tensors": {f"{n}": np.zeros(1, np.float32) for n in range(10_001)}},
+            "has 10001 arrays, must be at most 10000",
+        ),
+        ({"facts": "[]," * 400_000}, r"\[facts\]: has 1200000 characters, must be at most 1048576"),
+        ({"tensors": {"w": np.zeros(3, np.float16)}}, "it has \\['w'\\], must be"),
+    ],
+)
+def test_a_small_file_that_would_become_large_is_refused_at_once(tmp_path, described, said):
+    path = hostile(tmp_path / "h.safetensors", **described)
+    tracemalloc.start()
+    began = time.monotonic()
+    with pytest.raises(UserError, match=said) as refused:
+        read_all(path)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert "\n" not in str(refused.value)
+    assert peak < 100e6
+    assert time.monotonic() - began < 20
+
+
+def test_a_header_beyond_the_limit_is_not_parsed(tmp_path):
+    path = hostile(tmp_path / "h.safetensors", note="x" * (17 << 20))
+    with pytest.raises(UserError, match=r"its header has \d+ bytes, must be at most 16777216"):
+        read_all(path)
+
+
+def test_a_file_beyond_the_limit_is_not_read(tmp_path):
+    path = tmp_path / "h.safetensors"
+    with path.open("wb") as file:
+        file.truncate((512 << 20) + 1)
+    with pytest.raises(UserError, match="has 536870913 bytes, must be at most 536870912"):
+        read_all(path)

@@ -1,6 +1,7 @@
 import hashlib
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -14,6 +15,7 @@ import pytest
 from safetensors.numpy import save
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
+from touchdown.agents.dqn import DQNAgent
 from touchdown.config import presets
 from touchdown.config.config import Config
 from touchdown.config.sections import (
@@ -34,6 +36,7 @@ from touchdown.runs import run as runs
 from touchdown.runs.folder import RunFolder
 from touchdown.training import selection
 from touchdown.training.checkpoint import newest_checkpoint
+from touchdown.training.history import History
 from touchdown.training.trainer import Trainer
 
 
@@ -367,6 +370,25 @@ def test_diverging_training_says_what_would_help(tmp_path):
     folder = folders.create(tmp_path, config, "wild")
     with pytest.raises(UserError, match=r"learning_rate = 1e\+30: training diverged"):
         train(folder)
+
+
+def test_weights_that_are_not_finite_end_training_at_their_validation(tmp_path, monkeypatch):
+    """The loss of the last recorded update may still be finite."""
+    folder = folders.create(tmp_path, small_config(), "wild")
+    monkeypatch.setattr(History, "update", lambda *_, **__: None)
+    diverged = {"layers.0.bias": np.array([1, np.nan, np.inf])}
+    with monkeypatch.context() as patch:
+        patch.setattr(DQNAgent, "weights", lambda _: diverged)
+        with pytest.raises(UserError) as said:
+            train(folder)
+    assert re.match(
+        r"learning_rate = 0\.0005: training diverged at episode \d+, step \d+ \(layers\.0\.bias "
+        r"has 2 of 3 numbers that are not finite\); the run stays unfinished; start another with",
+        str(said.value),
+    )
+    assert not folder.best.exists()
+    train(folder)  # nothing of it stays
+    assert folder.best.exists()
 
 
 def test_provenance_names_versions_machine_and_seed(finished):

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
+from touchdown.core.errors import UserError
 from touchdown.core.types import FloatArray, IntArray
 
 _ROWS = 32  # observations in each call of a compiled function
@@ -41,8 +42,19 @@ class GreedyPolicy:
         return self.values(observations).argmax(axis=1)
 
     def values(self, observations: FloatArray) -> FloatArray:
-        """Q(s,·) of each observation: [N, D] to [N, A]."""
-        return self._network.values_of_each(self._params, observations)
+        """Q(s,·) of each observation: [N, D] to [N, A].
+
+        Raises:
+            UserError: a value is not finite, so there is no best action.
+        """
+        values = self._network.values_of_each(self._params, observations)
+        finite = np.isfinite(values)
+        if not finite.all():
+            wrong = observations[~finite.all(axis=1)][0][:8]
+            raise UserError(
+                f"the policy's values are not finite for the observation {wrong.tolist()}"
+            )
+        return values
 
     def describe(self) -> dict[str, Any]:
         """What it takes to make the network again, under its key in a file of weights."""

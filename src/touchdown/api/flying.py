@@ -27,6 +27,7 @@ def evaluate(
     seed: int = TEST_STARTS.start,
     env_id: EnvLike = "LunarLander-v3",
     runs_dir: Path | str = DEFAULT_RUNS,
+    vecnormalize: Path | str | None = None,
     trust: bool = False,
     progress: bool | None = None,
     console: Console | None = None,
@@ -38,9 +39,11 @@ def evaluate(
         episodes: number of episodes, each from a different start.
         seed: environment seed of the first start; the others have the following seeds.
             Seeds below 1,000,000 are test starts.
-        env_id: the environment for `random`, a `.zip`, or an `.onnx` that does not name one; other
-            policies name theirs. An id, an environment, or a function that makes one.
+        env_id: the environment for `random` and for a file of another library that does not name
+            one; other policies name theirs. An id, an environment, or a function that makes one.
         runs_dir: folder of the runs.
+        vecnormalize: for a Stable-Baselines3 `.zip`: the file that `VecNormalize.save` wrote, or
+            `none` if observations were not normalised in training; None finds out.
         trust: whether to import code that a file names: an environment's module or an agent.
         progress: True shows progress and results, False shows nothing; None shows them in a
             notebook and on a terminal.
@@ -54,7 +57,8 @@ def evaluate(
     check_seed(seed, episodes)
     starts = range(seed, seed + episodes)
     with plugins.trusting(everything=trust):
-        named = find_policy(policy, Path(runs_dir), custom.name_of(env_id))
+        statistics = None if vecnormalize is None else str(vecnormalize)
+        named = find_policy(policy, Path(runs_dir), custom.name_of(env_id), statistics)
         with Counter(console_for(progress, console), f"evaluating {named.name}", episodes) as count:
             return evaluations.evaluate_policy(named, starts, on_episode=count)
 
@@ -66,6 +70,7 @@ def fly(
     out: Path | str | None = None,
     env_id: EnvLike = "LunarLander-v3",
     runs_dir: Path | str = DEFAULT_RUNS,
+    vecnormalize: Path | str | None = None,
     trust: bool = False,
 ) -> Flight:
     """Run one greedy episode and optionally film it.
@@ -74,9 +79,11 @@ def fly(
         policy: a run, its name, or another policy; see `PolicyLike`.
         seed: environment seed of the start.
         out: a `.gif` or `.mp4` file to write, or `window` to watch it live; None makes no film.
-        env_id: the environment for `random`, a `.zip`, or an `.onnx` that does not name one; other
-            policies name theirs. An id, an environment, or a function that makes one.
+        env_id: the environment for `random` and for a file of another library that does not name
+            one; other policies name theirs. An id, an environment, or a function that makes one.
         runs_dir: folder of the runs.
+        vecnormalize: for a Stable-Baselines3 `.zip`: the file that `VecNormalize.save` wrote, or
+            `none` if observations were not normalised in training; None finds out.
         trust: whether to import code that a file names: an environment's module or an agent.
 
     Raises:
@@ -84,7 +91,8 @@ def fly(
     """
     check_seed(seed)
     with plugins.trusting(everything=trust):
-        named = find_policy(policy, Path(runs_dir), custom.name_of(env_id))
+        statistics = None if vecnormalize is None else str(vecnormalize)
+        named = find_policy(policy, Path(runs_dir), custom.name_of(env_id), statistics)
         if out is not None and str(out) == "window":
             return films.show_window(named.env_id, named.policy, seed, named.name)
         if out is not None:

@@ -27,8 +27,8 @@ FirstSeed = Annotated[
 EnvId = Annotated[
     str,
     arg(
-        help="Environment (Gymnasium id or module:Id) for `random`, a .zip, or an .onnx that does "
-        "not name one; other policies name theirs."
+        help="Environment (Gymnasium id or module:Id) for `random` and for a file of another "
+        "library that does not name one; other policies name theirs."
     ),
 ]
 PolicyName = Annotated[
@@ -36,7 +36,16 @@ PolicyName = Annotated[
     arg(
         metavar="POLICY",
         help="A run's name or folder, pid, heuristic, random, a policy that comes with touchdown, "
-        "or a file: .safetensors, .toml, .onnx, or a .zip from Stable-Baselines3.",
+        "or a file: .safetensors, .toml, .onnx, a .zip from Stable-Baselines3, or a .pth, .pt or "
+        ".cleanrl_model from CleanRL.",
+    ),
+]
+VecNormalize = Annotated[
+    str | None,
+    arg(
+        metavar="FILE",
+        help="For a Stable-Baselines3 .zip: the file that VecNormalize.save wrote, or `none` if "
+        "observations were not normalised in training; None finds out.",
     ),
 ]
 RunName = Annotated[str, arg(metavar="RUN", help="Name or folder of a run.")]

@@ -17,6 +17,7 @@ from touchdown.cli.arguments import (
     PolicyName,
     RunsDir,
     Trust,
+    VecNormalize,
     use_engine,
 )
 from touchdown.cli.printing import print_indented, print_json, print_line
@@ -33,6 +34,7 @@ class Evaluate:
     episodes: Episodes = 100
     seed: FirstSeed = 0
     env_id: EnvId = "LunarLander-v3"
+    vecnormalize: VecNormalize = None
     trust: Trust = False
     json: Json = False
     runs_dir: RunsDir = DEFAULT_RUNS
@@ -50,6 +52,7 @@ class Evaluate:
             episodes=self.episodes,
             seed=self.seed,
             env_id=self.env_id,
+            vecnormalize=self.vecnormalize,
             runs_dir=self.runs_dir,
             console=console,
         )
@@ -74,6 +77,7 @@ class Fly:
         ),
     ] = None
     env_id: EnvId = "LunarLander-v3"
+    vecnormalize: VecNormalize = None
     trust: Trust = False
     runs_dir: RunsDir = DEFAULT_RUNS
     device: Device = "cpu"
@@ -88,7 +92,12 @@ class Fly:
         use_engine(self.engine)
         out = self.out or f"{Path(self.policy).stem}-{self.seed}.gif"
         flight = flying.fly(
-            self.policy, seed=self.seed, out=out, env_id=self.env_id, runs_dir=self.runs_dir
+            self.policy,
+            seed=self.seed,
+            out=out,
+            env_id=self.env_id,
+            vecnormalize=self.vecnormalize,
+            runs_dir=self.runs_dir,
         )
         console.print(
             f"{self.policy} from start {self.seed}: {flight.outcome}, "

@@ -20,6 +20,7 @@ from touchdown.config.bounds import (
     Transitions,
 )
 from touchdown.config.checks import check, settle
+from touchdown.core.limits import LAYERS
 from touchdown.core.starts import TEST_STARTS, VALIDATION_STARTS
 
 ALGORITHMS = ("dqn", "pqn", "tabular", "value-iteration")
@@ -62,6 +63,10 @@ class NetworkConfig:
 
     def __post_init__(self) -> None:
         settle(self)
+        if len(self.hidden_sizes) > LAYERS:  # each takes seconds to compile
+            raise ValueError(
+                f"hidden_sizes: has {len(self.hidden_sizes)} layers, must be at most {LAYERS}"
+            )
         sizes_ok = all(0 < size <= MOST_NODES for size in self.hidden_sizes)
         check(self, "hidden_sizes", ok=sizes_ok, wanted=f"from 1 to {MOST_NODES} nodes each")
         atoms_ok = self.atoms == 0 or 2 <= self.atoms <= MOST_NODES

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import tomli_w
 
 from touchdown.config.digest import FORMER_NAMES
+from touchdown.core import limits, reading
 from touchdown.core.errors import UserError, one_line
 
 if TYPE_CHECKING:
@@ -73,11 +74,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     Raises:
         UserError: the file cannot be read or is not TOML.
     """
-    try:
-        text = path.read_text("utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
-    return parse(text, path)
+    return parse(reading.read_text(path, limits.TOML_BYTES), path)
 
 
 def parse(text: str, path: Path) -> dict[str, Any]:

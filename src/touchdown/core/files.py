@@ -8,13 +8,13 @@ import shutil
 from collections.abc import Callable, Generator, Iterable
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import msgspec
 from safetensors import SafetensorError
 from safetensors.numpy import load
 
-from touchdown.core import records
+from touchdown.core import limits, reading, records
 from touchdown.core.errors import UserError, one_line
 from touchdown.core.types import Tensors
 
@@ -79,25 +79,6 @@ def refusing(where: str) -> Generator[None]:
         raise UserError(f"{where}: cannot be written: {one_line(error)}") from None
 
 
-def read_bytes(path: Path, most: int) -> bytes:
-    """The bytes of a file from any source.
-
-    Args:
-        path: the file.
-        most: largest number of bytes.
-
-    Raises:
-        UserError: it is missing, not a file, or has more bytes.
-    """
-    try:
-        size = path.stat().st_size
-        if size > most:
-            raise UserError(f"{path}: has {size} bytes, must be at most {most}")
-        return path.read_bytes()
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
-
-
 def read_jsonl(path: Path) -> list[dict[str, Any]]:
     """The objects of a JSON Lines file; a last line without its newline is still being written.
 
@@ -107,50 +88,37 @@ def read_jsonl(path: Path) -> list[dict[str, Any]]:
     return records.decode_jsonl(path, dict[str, Any])
 
 
-def parse_json_object(path: Path, data: bytes) -> dict[str, Any]:
-    """One JSON object from another program, perhaps with NaN and Infinity.
-
-    Args:
-        path: source of the bytes, named in error messages.
-        data: the bytes.
-
-    Raises:
-        UserError: the bytes are something else.
-    """
-    try:
-        value = json.loads(data)
-    except (ValueError, RecursionError) as error:
-        raise UserError(f"{path}: not JSON, perhaps truncated: {one_line(error)}") from None
-    if not isinstance(value, dict):
-        raise UserError(f"{path}: is of type {type(value).__name__}, must be a JSON object")
-    return cast(dict[str, Any], value)
-
-
 class _TensorsHeader(msgspec.Struct):
     metadata: dict[str, str] = msgspec.field(name="__metadata__", default_factory=dict[str, str])
 
 
-def read_tensors(path: Path, sha256: str | None = None) -> tuple[Tensors, dict[str, str]]:
+def read_tensors(
+    path: Path, sha256: str | None = None, most: int | None = None
+) -> tuple[Tensors, dict[str, str]]:
     """A safetensors file's arrays and metadata.
 
     Args:
         path: the file.
         sha256: required hash of its bytes; None accepts any.
+        most: largest number of bytes; None accepts any size.
 
     Raises:
-        UserError: it is missing, truncated, altered or something else.
+        UserError: it is missing, too large, truncated, altered or something else.
     """
+    data = reading.read_bytes(path, most)
+    header_size = int.from_bytes(data[:8], "little")
+    if len(data) > header_size > limits.TENSORS_HEADER_BYTES:
+        raise UserError(
+            f"{path}: its header has {header_size} bytes, must be at most "
+            f"{limits.TENSORS_HEADER_BYTES}"
+        )
     try:
-        data = path.read_bytes()
         tensors = load(data)
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
     except (SafetensorError, ValueError, KeyError) as error:
         raise UserError(f"{path}: not a complete safetensors file: {one_line(error)}") from None
     if sha256 is not None and hashlib.sha256(data).hexdigest() != sha256:
         raise UserError(f"{path}: altered since it was written (its SHA-256 differs)")
-    header = data[8 : 8 + int.from_bytes(data[:8], "little")]
-    return tensors, records.decode(header, _TensorsHeader, path).metadata
+    return tensors, records.decode(data[8 : 8 + header_size], _TensorsHeader, path).metadata
 
 
 def to_json(value: object) -> str:

@@ -11,6 +11,7 @@ from typing import Annotated, Any, TypeVar, cast
 
 import msgspec
 
+from touchdown.core import limits, reading
 from touchdown.core.complaints import complaint
 from touchdown.core.errors import UserError, one_line
 
@@ -86,7 +87,7 @@ def decode_json(path: Path, kind: type[Record], version: int | None = None) -> R
     Raises:
         UserError: the file is missing, truncated or of another version, or a value in it is wrong.
     """
-    data = _read(path)
+    data = reading.read_bytes(path, limits.RECORD_BYTES)
     if version is not None:
         found = decode(data, _Versioned, path).format_version
         if found != version or isinstance(found, bool):
@@ -107,7 +108,7 @@ def decode_jsonl(path: Path, kind: type[Record]) -> list[Record]:
     Raises:
         UserError: the file is missing, or a complete line is not such a record.
     """
-    data = _read(path)
+    data = reading.read_bytes(path, limits.RECORD_BYTES)
     whole = data[: data.rfind(b"\n") + 1]
     try:
         records = cast(list[Record], _decoder(kind).decode_lines(whole))
@@ -131,13 +132,6 @@ def _line_by_line(path: Path, lines: Sequence[bytes], kind: type[Record]) -> lis
             said = _what_is_wrong(line, kind, error)
             raise UserError(f"{path}: line {number}: {said}") from None
     return records
-
-
-def _read(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
 
 
 @cache

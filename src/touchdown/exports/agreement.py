@@ -6,13 +6,13 @@ from itertools import count
 import numpy as np
 from numpy.typing import NDArray
 
-from touchdown.core.errors import UserError
+from touchdown.core.errors import UserError, one_line
 from touchdown.core.starts import TRAINING_STARTS
 from touchdown.core.types import ValuePolicy
 from touchdown.envs import environment
 from touchdown.envs.pool import make_pool
 from touchdown.lander import engine as engines
-from touchdown.policies.foreign.onnx import OnnxModel
+from touchdown.policies.foreign.onnx_session import Session
 
 OBSERVATIONS = 10_000
 ROUNDING = 1e-5
@@ -82,7 +82,7 @@ def seen_in_flight(policy: ValuePolicy, env_id: str, seed: int = 0) -> NDArray[n
 
 
 def check(
-    model: OnnxModel,
+    model: Session,
     policy: ValuePolicy,
     observations: NDArray[np.float32],
     largest_term: float = 0.0,
@@ -101,7 +101,10 @@ def check(
     Raises:
         UserError: they differ by more than rounding, or the policy's values are not finite.
     """
-    q_values, actions = model.run(observations, ["q_values", "action"])
+    try:
+        q_values, actions = model.run(observations, ["q_values", "action"])
+    except ValueError as error:
+        raise UserError(f"format 'onnx': {one_line(error)}") from None
     expected = policy.values(observations)
     if not np.isfinite(expected).all():
         raise UserError(

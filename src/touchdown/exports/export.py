@@ -8,7 +8,7 @@ from typing import Literal, cast, get_args
 
 from touchdown.agents.networks import QNetwork
 from touchdown.agents.qtable import QTable
-from touchdown.core import files
+from touchdown.core import files, limits, reading
 from touchdown.core.errors import UserError
 from touchdown.core.version import __version__
 from touchdown.exports import agreement as agreements
@@ -17,7 +17,7 @@ from touchdown.exports.agreement import Agreement
 from touchdown.exports.card import model_card
 from touchdown.exports.source import Source
 from touchdown.policies import weights as policy_weights
-from touchdown.policies.foreign.onnx import OnnxModel
+from touchdown.policies.foreign.onnx_session import Session
 from touchdown.policies.weights import Weights
 
 Format = Literal["onnx", "safetensors"]
@@ -67,7 +67,7 @@ def write_export(source: Source, file_format: Format, out: Path | None = None) -
         example = resources.files("touchdown.exports") / EXAMPLE
         content[EXAMPLE] = example.read_bytes()
     else:
-        content[name] = files.read_bytes(source.weights, source.weights.stat().st_size)
+        content[name] = reading.read_bytes(source.weights, limits.WEIGHTS_BYTES)
     content[CARD] = model_card(source, name, agreement).encode()
 
     def fill(temporary: Path) -> None:
@@ -99,5 +99,5 @@ def _checked_onnx(source: Source, weights: Weights) -> tuple[bytes, Agreement]:
     largest_term = 0.0
     if isinstance(model, QNetwork) and model.config.atoms:
         largest_term = max(abs(model.config.v_min), abs(model.config.v_max))
-    checked = OnnxModel(data, "format 'onnx'")
-    return data, agreements.check(checked, policy, seen, largest_term)
+    # in this process, as no stranger has made it
+    return data, agreements.check(Session(data), policy, seen, largest_term)

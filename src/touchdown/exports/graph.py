@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from touchdown.agents.networks import QNetwork
 from touchdown.agents.qtable import QTable
 from touchdown.agents.states import Grid
-from touchdown.core import installation, onnx_runtime
+from touchdown.core import installation
 from touchdown.core.types import FloatArray
 from touchdown.core.version import __version__
+from touchdown.policies.foreign.onnx_session import missing_package
 
 # of 2022: old enough for most runtimes, new enough for LayerNormalization
 OPSET, IR_VERSION = 17, 8
@@ -25,11 +26,9 @@ def check_installed() -> None:
     Raises:
         UserError: onnx or onnxruntime is not installed.
     """
-    try:
-        import_module("onnx")
-    except ImportError:
-        raise installation.missing("format 'onnx'", "onnx", "onnx") from None
-    onnx_runtime.load("format 'onnx'")
+    missing = missing_package()
+    if missing is not None:
+        raise installation.missing("format 'onnx'", missing, "onnx")
 
 
 def onnx_model(

@@ -13,6 +13,7 @@ from touchdown.policies import names
 from touchdown.policies.baselines import HeuristicPolicy, RandomPolicy, read_pid, shipped_pid
 from touchdown.policies.foreign.onnx import read_onnx
 from touchdown.policies.foreign.sb3 import read_sb3
+from touchdown.policies.foreign.torch_file import read_torch
 from touchdown.policies.named import NamedPolicy
 from touchdown.policies.weights import load_weights
 
@@ -20,24 +21,35 @@ SHIPPED = resources.files("touchdown.policies") / "shipped"
 """Folder of the shipped weights, `<name>.safetensors`."""
 
 
-def load(name: str, env_id: str = "LunarLander-v3") -> NamedPolicy:
+def load(name: str, env_id: str = "LunarLander-v3", vecnormalize: str | None = None) -> NamedPolicy:
     """A policy by its name, of any kind except a run.
 
     Args:
         name: `pid`, `heuristic`, `random`, a shipped policy, or the path of a file: `.safetensors`
-            as a run writes, `.toml` with PID gains, an `.onnx` model, or a `.zip` saved by
-            Stable-Baselines3.
-        env_id: the environment for `random`, a `.zip`, or an `.onnx` that does not name one; other
-            policies name theirs.
+            as a run writes, `.toml` with PID gains, an `.onnx` model, a `.zip` saved by
+            Stable-Baselines3, or a `.pth`, `.pt` or `.cleanrl_model` of CleanRL.
+        env_id: the environment for `random` and for a file that does not name one; other policies
+            name theirs.
+        vecnormalize: statistics for a `.zip`; see `read_sb3`.
 
     Raises:
         UserError: there is no such policy, or its file is broken.
     """
     path = Path(name)
+    if vecnormalize is not None and path.suffix != ".zip":
+        raise UserError(
+            f"vecnormalize = {vecnormalize!r}: must be None for {name!r}; only a .zip of "
+            "Stable-Baselines3 has such statistics"
+        )
     if name in names.BASELINES:
         return _baseline(name, env_id)
     if path.suffix in names.POLICY_FILES:
-        return _from_file(path, env_id)
+        return _from_file(path, env_id, vecnormalize)
+    if path.suffix in names.OTHER_FILES:
+        raise UserError(
+            f"policy {name!r}: is {names.OTHER_FILES[path.suffix]}; export the network to ONNX "
+            "where it was trained, and use the .onnx file"
+        )
     weights = shipped(name)
     if weights is None:
         raise UserError(
@@ -50,7 +62,8 @@ def load(name: str, env_id: str = "LunarLander-v3") -> NamedPolicy:
 
 def is_known(name: str) -> bool:
     """Whether a name is that of a baseline or a file, and so cannot be a run."""
-    return name in names.BASELINES or Path(name).suffix in names.POLICY_FILES
+    suffix = Path(name).suffix
+    return name in names.BASELINES or suffix in names.POLICY_FILES or suffix in names.OTHER_FILES
 
 
 def shipped(name: str) -> Traversable | None:
@@ -67,13 +80,15 @@ def _baseline(name: str, env_id: str) -> NamedPolicy:
     return NamedPolicy(name, PIDPolicy(shipped_pid()), rules.LANDER_IDS[0])
 
 
-def _from_file(path: Path, env_id: str) -> NamedPolicy:
+def _from_file(path: Path, env_id: str, vecnormalize: str | None) -> NamedPolicy:
     match path.suffix:
         case ".toml":
             return NamedPolicy(path.stem, PIDPolicy(read_pid(path)), rules.LANDER_IDS[0])
         case ".onnx":
             return NamedPolicy(path.stem, *read_onnx(path, env_id))
         case ".zip":
-            return NamedPolicy(path.stem, read_sb3(path, env_id), env_id)
+            return NamedPolicy(path.stem, read_sb3(path, env_id, vecnormalize), env_id)
+        case _ if path.suffix in names.TORCH_FILES:
+            return NamedPolicy(path.stem, read_torch(path, env_id), env_id)
         case _:
             return load_weights(path)

@@ -1,6 +1,7 @@
 """Writes and reads a trained policy as one safetensors file; nothing is unpickled."""
 
 import json
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,7 +16,7 @@ from touchdown.agents.states import states_of
 from touchdown.config import toml
 from touchdown.config.config import Config
 from touchdown.config.sections import NetworkConfig, TableConfig
-from touchdown.core import files, plugins, records
+from touchdown.core import files, finite, limits, plugins, records
 from touchdown.core.errors import UserError, one_line
 from touchdown.core.seeding import streams
 from touchdown.core.types import Described, FloatArray, Policy, Spaces, Tensors
@@ -56,7 +57,12 @@ def save_weights(
             describes it; otherwise only the agent's code can recreate the policy.
         facts: numbers to store with the weights, such as the validation return.
         config: config of the run that trained them.
+
+    Raises:
+        UserError: a number is not finite.
     """
+    if said := finite.complaint(weights):
+        raise UserError(f"{path}: not written: {said}")
     if isinstance(policy, Described):
         described = {name: json.dumps(value) for name, value in policy.describe().items()}
     else:
@@ -151,10 +157,10 @@ def _read_with_agent(tensors: Tensors, text: str, path: Path) -> Weights:
 
 def _check_sizes(config: NetworkConfig, tensors: Tensors) -> None:
     """Refuse a network with more nodes than the file has numbers, before creating it."""
-    widest = max((tensor.size for tensor in tensors.values()), default=0)
-    sizes = (*config.hidden_sizes, config.quantiles, config.atoms)
-    if any(size > max(widest, 1) for size in sizes):
-        raise ValueError(f"it has fewer weights than {config}")
+    sizes = (1, *config.hidden_sizes, max(1, config.quantiles, config.atoms))
+    given = sum(tensor.size for tensor in tensors.values())
+    if sum(first * second for first, second in pairwise(sizes)) > given:
+        raise ValueError(f"it has {given} numbers, fewer than the network that it describes")
 
 
 def facts_of(path: Path) -> WeightsFacts:
@@ -194,7 +200,19 @@ def origin_of(path: Path) -> tuple[str, int]:
 
 
 def _read(path: Path) -> tuple[Tensors, _Metadata]:
-    tensors, texts = files.read_tensors(path)
+    tensors, texts = files.read_tensors(path, most=limits.WEIGHTS_BYTES)
+    if len(tensors) > limits.WEIGHTS_TENSORS:
+        raise UserError(
+            f"{path}: has {len(tensors)} arrays, must be at most {limits.WEIGHTS_TENSORS}"
+        )
+    for name, text in texts.items():
+        if len(text) > limits.WEIGHTS_TEXT_BYTES:
+            raise UserError(
+                f"{path} [{name[:100]}]: has {len(text)} characters, must be at most "
+                f"{limits.WEIGHTS_TEXT_BYTES}"
+            )
+    if said := finite.complaint(tensors):
+        raise UserError(f"{path}: {said}; its training diverged")
     version = texts.get("format_version")
     if version != str(WEIGHTS_FORMAT_VERSION):
         raise UserError(

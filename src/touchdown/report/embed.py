@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from PIL import Image
 
+from touchdown.core import limits, reading
 from touchdown.core.errors import UserError, one_line
 
 
@@ -26,7 +27,7 @@ def data_url(path: Path, media_type: str) -> str:
     Raises:
         UserError: it cannot be read.
     """
-    return _address(_read(path), media_type)
+    return _address(reading.read_bytes(path, limits.PICTURE_BYTES), media_type)
 
 
 def film_and_still(gif: Path) -> Moving:
@@ -35,7 +36,7 @@ def film_and_still(gif: Path) -> Moving:
     Raises:
         UserError: the file cannot be read, or is not a picture.
     """
-    data = _read(gif)
+    data = reading.read_bytes(gif, limits.PICTURE_BYTES)
     still = io.BytesIO()
     try:
         with Image.open(io.BytesIO(data)) as film:
@@ -47,13 +48,6 @@ def film_and_still(gif: Path) -> Moving:
     return Moving(
         _address(data, "image/gif"), _address(still.getvalue(), "image/png"), width, height
     )
-
-
-def _read(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
 
 
 def _address(data: bytes, media_type: str) -> str:

@@ -12,7 +12,7 @@ from urllib.parse import quote
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from touchdown.core import files
+from touchdown.core import files, limits, reading
 from touchdown.core.errors import UserError, one_line
 from touchdown.report.embed import data_url, film_and_still
 from touchdown.report.svg import themed_svg
@@ -210,8 +210,7 @@ def _are_numbers(cells: Sequence[TableCell]) -> bool:
 
 def _drawing(svg: Path, prefix: str) -> Markup:
     try:
-        return Markup(themed_svg(svg.read_text("utf-8"), prefix))  # noqa: S704 - only shapes
-    except OSError as error:
-        raise UserError(f"{svg}: cannot be read: {one_line(error)}") from None
+        text = reading.read_text(svg, limits.PICTURE_BYTES)
+        return Markup(themed_svg(text, prefix))  # noqa: S704 - only shapes
     except ValueError as error:
         raise UserError(f"{svg}: not an SVG picture: {one_line(error)}") from None

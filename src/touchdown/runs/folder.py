@@ -8,9 +8,9 @@ from typing import IO
 from touchdown.config import checks, toml
 from touchdown.config import config as configs
 from touchdown.config.config import Config
-from touchdown.core import files
+from touchdown.core import files, reading
 from touchdown.core.errors import UserError
-from touchdown.policies.names import BASELINES, POLICY_FILES
+from touchdown.policies.names import BASELINES, OTHER_FILES, POLICY_FILES
 from touchdown.runs.provenance import provenance_of
 
 DEFAULT_RUNS = Path("runs")
@@ -109,7 +109,7 @@ def create(runs_dir: Path, config: Config, name: str | None = None) -> RunFolder
             f"name {name!r}: must be a plain folder name of letters, digits, '.', '_' and '-', "
             "such as pilot-0"
         )
-    if name in BASELINES or (name and name.endswith(POLICY_FILES)):
+    if name in BASELINES or (name and name.endswith((*POLICY_FILES, *OTHER_FILES))):
         raise UserError(f"name {name!r}: is already the name of a policy; choose another")
     default = f"{config.preset}-{config.seed}"
 
@@ -143,8 +143,9 @@ def lock(folder: RunFolder) -> IO[bytes]:
     """Lock a run for writing, until the returned file is closed or its process ends.
 
     Raises:
-        UserError: another process is training the run.
+        UserError: another process is training the run, or its lock is not a regular file.
     """
+    reading.check_appendable(folder.path / "lock")
     file = (folder.path / "lock").open("ab")
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -7,7 +7,7 @@ from typing import Any, Literal
 import msgspec
 
 from touchdown.config.config import Config
-from touchdown.core import notebook, records
+from touchdown.core import notebook, reading, records
 from touchdown.core.errors import UserError, one_line
 from touchdown.core.progress import clock
 from touchdown.core.records import Count, Seconds
@@ -158,9 +158,8 @@ def _curve(run: Run) -> str:
     path = run.path / CURVE
     if not path.is_file() or path.stat().st_size > _MOST_BYTES:
         return ""
-    return notebook.picture_html(
-        path.read_bytes(), "png", f"learning curve of {run.name}", width=_CURVE_WIDTH
-    )
+    data = reading.read_bytes(path, _MOST_BYTES)
+    return notebook.picture_html(data, "png", f"learning curve of {run.name}", width=_CURVE_WIDTH)
 
 
 class RunFacts(msgspec.Struct, frozen=True, kw_only=True, rename={"env_steps": "observations"}):

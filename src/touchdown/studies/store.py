@@ -9,7 +9,7 @@ from typing import Annotated, Literal, TypeVar
 
 from msgspec import Meta, Struct
 
-from touchdown.core import files, records
+from touchdown.core import files, reading, records
 from touchdown.core.errors import UserError, one_line
 from touchdown.studies import study_file
 from touchdown.studies.job import Job
@@ -121,8 +121,9 @@ def held(store: Store) -> Generator[None]:
     """Hold the lock on a results folder until the block ends or the process dies.
 
     Raises:
-        UserError: another process holds it.
+        UserError: another process holds it, or it is not a regular file.
     """
+    reading.check_appendable(store.path / "lock")
     with files.refusing(str(store.path)), (store.path / "lock").open("ab") as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -110,11 +110,7 @@ class History:
         self.last_loss = metrics.get("loss")
         if not all(np.isfinite(value) for value in metrics.values()):
             said = ", ".join(f"{name} {value:g}" for name, value in metrics.items())
-            raise UserError(
-                f"learning_rate = {learning_rate}: training diverged at update {updates} ({said}); "
-                "try a lower learning_rate, gradient clipping (max_grad_norm) or a lower "
-                "reward_scale"
-            )
+            raise diverged(learning_rate, f"update {updates}", said)
         row = UpdateRow(update=updates, env_steps=env_steps, metrics=metrics)
         self._recorder.write(self._folder.updates, row)
         self._log(env_steps, {f"train/{name}": value for name, value in metrics.items()})
@@ -136,3 +132,18 @@ class History:
     def _log(self, env_steps: int, scalars: Mapping[str, float]) -> None:
         self._recorder.log(env_steps, scalars)
         self._on_scalars(env_steps, scalars)
+
+
+def diverged(learning_rate: float, when: str, said: str) -> UserError:
+    """The error of a training whose weights or metrics are no longer finite.
+
+    Args:
+        learning_rate: the setting that most often is the reason.
+        when: the update, or the episode and the step.
+        said: what is not finite.
+    """
+    return UserError(
+        f"learning_rate = {learning_rate}: training diverged at {when} ({said}); the run stays "
+        "unfinished; start another with a lower learning_rate, gradient clipping (max_grad_norm) "
+        "or a lower reward_scale"
+    )

@@ -12,7 +12,7 @@ from tensorboardX.event_file_writer import EventsWriter
 from tensorboardX.proto import event_pb2
 from tensorboardX.summary import scalar  # pyright: ignore[reportUnknownVariableType]
 
-from touchdown.core import files
+from touchdown.core import files, reading
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.rows import EpisodeRow, UpdateRow, ValidationRow
 
@@ -94,6 +94,7 @@ class Recorder:
         events_kept = _cut_events(folder.path, sizes)
         self._lines: dict[str, BinaryIO] = {}
         for path in (folder.episodes, folder.updates, folder.validations):
+            reading.check_appendable(path)
             file = path.open("ab")
             file.truncate(sizes.get(path.name, 0))
             file.seek(0, 2)

@@ -6,6 +6,7 @@ import numpy as np
 
 from touchdown.agents.agent import Agent
 from touchdown.config.config import Config
+from touchdown.core import finite
 from touchdown.core.errors import Interrupted, UserError
 from touchdown.core.starts import VALIDATION_STARTS
 from touchdown.core.types import Tensors
@@ -15,7 +16,7 @@ from touchdown.policies.facts import WeightsFacts
 from touchdown.policies.weights import save_weights
 from touchdown.runs.folder import RunFolder
 from touchdown.training.checkpoint import Candidate, Progress
-from touchdown.training.history import History
+from touchdown.training.history import History, diverged
 from touchdown.training.state import Solved
 
 # standard errors by which a mean must exceed the threshold: in the worst case 1 in 700 is wrong
@@ -76,12 +77,21 @@ class Selection:
 
         Args:
             seconds: returns the seconds of training so far; called if the environment is solved.
+
+        Raises:
+            UserError: the weights are not finite, so training diverged.
         """
         training, progress = self._config.training, self._progress
         env_steps = progress.env_steps
         period = training.validation_period
         progress.next_validation = (env_steps // period + 1) * period
         weights = self._agent.weights()
+        if said := finite.complaint(weights):
+            raise diverged(
+                self._config.learning.learning_rate,
+                f"episode {progress.episodes}, step {env_steps}",
+                said,
+            )
         results = self._rollout(weights, VALIDATION_STARTS[: training.validation_episodes])
         mean = _mean_return(results)
         self._history.validation(results, mean, episode=progress.episodes, env_steps=env_steps)

@@ -1,6 +1,7 @@
 import io
 import json
 import re
+import tracemalloc
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -114,11 +115,11 @@ def setting(section: str, name: str, value: object) -> Callable[[dict[str, Any]]
         (lambda facts: facts.pop("policy_class"), "from 'an unnamed module'"),
         (
             setting("action_space", ":type:", "<class 'gymnasium.spaces.box.Box'>"),
-            "its action_space is Box, must be Discrete",
+            "its action_space is gymnasium.spaces.box.Box, must be Gymnasium's Discrete",
         ),
         (
             setting("action_space", ":type:", "<class 'gym.spaces.MultiDiscrete'>"),
-            "its action_space is MultiDiscrete, must be Discrete",
+            "its action_space is gym.spaces.MultiDiscrete, must be Gymnasium's Discrete",
         ),
         (lambda facts: facts.pop("action_space"), "its action_space is None"),
         (setting("action_space", "start", "1"), "its actions do not start at 0"),
@@ -128,11 +129,11 @@ def setting(section: str, name: str, value: object) -> Callable[[dict[str, Any]]
         ),
         (
             setting("observation_space", ":type:", "<class 'gymnasium.spaces.dict.Dict'>"),
-            "its observation_space is Dict, must be Box or Discrete",
+            "is gymnasium.spaces.dict.Dict, must be Gymnasium's Box or Discrete",
         ),
         (
             setting("policy_kwargs", "activation_fn", "<class 'torch.nn.modules.activation.ELU'>"),
-            "its activation is ELU, must be one of ReLU, Tanh, SiLU",
+            "its activation is torch.nn.modules.activation.ELU, must be one of torch",
         ),
         (
             setting("policy_kwargs", "activation_fn", "<function f at 0x7f>"),
@@ -140,7 +141,7 @@ def setting(section: str, name: str, value: object) -> Callable[[dict[str, Any]]
         ),
         (
             setting("policy_kwargs", "features_extractor_class", "<class 'mine.Scale'>"),
-            "its features extractor is Scale, must be FlattenExtractor",
+            "its features extractor is mine.Scale, must be stable_baselines3",
         ),
     ],
 )
@@ -177,12 +178,62 @@ def test_a_policy_for_another_environment_is_refused_with_the_flag_that_names_it
     assert "the environment has observations of 4 and 2 actions; set it with --env-id" in said
 
 
-@pytest.mark.parametrize("statistics", ["vec_normalize.pkl", "vecnormalize.pkl"])
-def test_a_policy_whose_observations_were_normalised_is_refused(tmp_path, statistics):
+# --- observations that were normalised in training ---
+
+NORMALISED = SAVED / "ppo_normalised" / "ppo.zip"
+STATISTICS = SAVED / "ppo_normalised" / "statistics.pkl"
+
+
+def test_a_policy_trained_with_vecnormalize_acts_as_it_did_with_its_statistics():
+    expected = json.loads((SAVED / "actions.json").read_text())["ppo_normalised"]
+    flown = read_sb3(NORMALISED, ENV_ID, str(STATISTICS))
+    assert flown.act(OBSERVATIONS).tolist() == expected
+    without = read_sb3(NORMALISED, ENV_ID, "none")  # the decoy
+    assert np.count_nonzero(without.act(OBSERVATIONS) != expected) > 20
+
+
+def test_a_policy_trained_with_vecnormalize_is_refused_without_its_statistics(tmp_path):
+    """The archive alone shows it; a name near it only shows which file to pass."""
+    path = tmp_path / "ppo_8_steps.zip"
+    path.write_bytes(NORMALISED.read_bytes())
+    assert "was trained with VecNormalize: pass --vecnormalize FILE, the file" in refusal(path)
+    for steps in (16, 8):
+        (tmp_path / f"ppo_vecnormalize_{steps}_steps.pkl").write_bytes(b"")
+    near = tmp_path / "ppo_vecnormalize_8_steps.pkl"
+    assert f"pass --vecnormalize {near}, the file" in refusal(path)
+
+
+def test_a_policy_trained_without_vecnormalize_needs_no_statistics(tmp_path):
+    """It is what PPO keeps where it normalises nothing; the file near it is another policy's."""
+
+    def forget(facts: dict[str, Any]) -> None:
+        facts["_last_original_obs"] = None
+
+    (tmp_path / "vecnormalize.pkl").write_bytes(b"")
+    path = rewritten(NORMALISED, tmp_path / "ppo.zip", forget)
+    expected = read_sb3(NORMALISED, ENV_ID, "none").act(OBSERVATIONS)
+    assert read_sb3(path, ENV_ID).act(OBSERVATIONS).tolist() == expected.tolist()
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "vec_normalize.pkl",
+        "vecnormalize.pkl",
+        "rl_model_vecnormalize_1000_steps.pkl",
+        "LunarLander-v3/vecnormalize.pkl",
+    ],
+)
+def test_a_dqn_near_statistics_is_refused_until_the_user_says_whether_they_are_its(tmp_path, name):
     path = tmp_path / "dqn.zip"
     path.write_bytes((SAVED / "dqn.zip").read_bytes())
-    (tmp_path / statistics).write_bytes(b"a pickle")
-    assert f"observations were normalised, as {statistics} is in its folder" in refusal(path)
+    near = tmp_path / name
+    near.parent.mkdir(exist_ok=True)
+    near.write_bytes(STATISTICS.read_bytes())
+    assert f"may have been trained with VecNormalize: pass --vecnormalize {near}" in refusal(path)
+    expected = json.loads((SAVED / "actions.json").read_text())["dqn"]
+    assert read_sb3(path, ENV_ID, "none").act(OBSERVATIONS).tolist() == expected
+    assert read_sb3(path, ENV_ID, str(near)).act(OBSERVATIONS).tolist() != expected
 
 
 @pytest.mark.parametrize(
@@ -191,10 +242,10 @@ def test_a_policy_whose_observations_were_normalised_is_refused(tmp_path, statis
         ({"policy_pth": None}, "has no 'policy.pth'"),
         ({"data": None}, "has no 'data'"),
         ({"data": b"{"}, "not JSON"),
-        ({"data": b"[" * 100_000}, "not JSON"),
-        ({"data": b"[]"}, "must be a JSON object"),
+        ({"data": b"[" * 100_000}, "Expected `object`"),
+        ({"data": b"[]"}, "Expected `object`, got `array`"),
         ({"data": b"{}"}, "its policy's class is from"),
-        ({"data": b'{"policy_class": 3}'}, "its policy's class is from"),
+        ({"data": b'{"policy_class": 3}'}, "Expected `object`, got `int` - at `$.policy_class`"),
         ({"policy_pth": b"\x80\x02"}, "not a complete zip archive"),
     ],
 )
@@ -210,6 +261,48 @@ def test_an_archive_cut_off_anywhere_is_refused(tmp_path):
         refusal(path)
 
 
+def test_facts_that_would_become_gigabytes_are_skipped(tmp_path):
+    """16 MB of empty lists, 16 KB on disk; as values they would take a gigabyte."""
+    data = zipfile.ZipFile(SAVED / "dqn.zip").read("data").rstrip()
+    bomb = data[:-1] + b', "bomb": [' + b"[]," * 5_000_000 + b"[]]}"
+    with zipfile.ZipFile(tmp_path / "bomb.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("data", bomb)
+        archive.writestr("policy.pth", zipfile.ZipFile(SAVED / "dqn.zip").read("policy.pth"))
+    assert (tmp_path / "bomb.zip").stat().st_size < 40_000
+    tracemalloc.start()
+    flown = read_sb3(tmp_path / "bomb.zip", ENV_ID)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 120e6
+    assert (
+        flown.act(OBSERVATIONS).tolist() == json.loads((SAVED / "actions.json").read_text())["dqn"]
+    )
+
+
+def test_numbers_that_json_does_not_have_are_skipped(tmp_path):
+    data = zipfile.ZipFile(SAVED / "dqn.zip").read("data").rstrip()
+    odd = data[:-1] + b', "a": NaN, "b": [-Infinity, Infinity], "c": "NaN \\" NaN"}'
+    path = rewritten(SAVED / "dqn.zip", tmp_path / "odd.zip", data=odd)
+    assert read_sb3(path, ENV_ID)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_weights_that_are_not_finite_are_refused(tmp_path, value):
+    bias = read_state(zipfile.ZipFile(SAVED / "ppo.zip").read("policy.pth"))["action_net.bias"]
+    wrong = bias.copy()
+    wrong[1] = value
+    policy = renamed(SAVED / "ppo.zip", bias.tobytes(), wrong.tobytes())
+    path = rewritten(SAVED / "ppo.zip", tmp_path / "wrong.zip", policy_pth=policy)
+    assert "layers.1.bias has 1 of 4 numbers that are not finite" in refusal(path)
+
+
+def test_someone_elses_class_of_a_known_name_is_refused(tmp_path):
+    for name in ("__main__.Tanh", "torch.nn.modules.activation.Tanh.Tanh"):
+        change = setting("policy_kwargs", "activation_fn", f"<class '{name}'>")
+        path = rewritten(SAVED / "a2c.zip", tmp_path / "own.zip", change)
+        assert f"its activation is {name}, must be one of torch." in refusal(path)
+
+
 def test_an_archive_that_is_too_large_is_not_read(tmp_path, monkeypatch):
     path = tmp_path / "huge.zip"
     with path.open("wb") as file:
@@ -218,7 +311,7 @@ def test_an_archive_that_is_too_large_is_not_read(tmp_path, monkeypatch):
     bomb = tmp_path / "bomb.zip"
     with zipfile.ZipFile(bomb, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("data", bytes(100_000))
-    monkeypatch.setattr("touchdown.policies.foreign.sb3._MOST_BYTES", 99_999)
+    monkeypatch.setattr("touchdown.core.limits.ARCHIVE_FACTS_BYTES", 99_999)
     assert "'data' has 100000 bytes, must be at most 99999" in refusal(bomb)
 
 

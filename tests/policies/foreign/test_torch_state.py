@@ -8,65 +8,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
+from torch_files import saved, state, tensor, text
 from touchdown.policies.foreign.archive import Archive
 from touchdown.policies.foreign.torch_state import read_state
 
 REAL = Path(__file__).parent / "sb3" / "dqn.zip"
-
-
-def text(value: str) -> bytes:
-    data = value.encode()
-    return b"X" + len(data).to_bytes(4, "little") + data
-
-
-def number(value: int) -> bytes:
-    return b"J" + value.to_bytes(4, "little", signed=True)
-
-
-def numbers(values: tuple[int, ...]) -> bytes:
-    return b"(" + b"".join(map(number, values)) + b"t"
-
-
-def tensor(
-    shape: tuple[int, ...],
-    strides: tuple[int, ...],
-    *,
-    offset: int = 0,
-    storage: str = "FloatStorage",
-    key: str = "0",
-    count: int = 6,
-) -> bytes:
-    """The operations that make one array, as PyTorch writes them."""
-    return (
-        b"ctorch._utils\n_rebuild_tensor_v2\n(("
-        + text("storage")
-        + f"ctorch\n{storage}\n".encode()
-        + text(key)
-        + text("cuda:0")
-        + number(count)
-        + b"tQ"
-        + number(offset)
-        + numbers(shape)
-        + numbers(strides)
-        + b"\x89ccollections\nOrderedDict\n)RtR"
-    )
-
-
-def state(**tensors: bytes) -> bytes:
-    """The program of a state dict."""
-    items = b"".join(text(name) + operations for name, operations in tensors.items())
-    return b"\x80\x02ccollections\nOrderedDict\n)R(" + items + b"u."
-
-
-def saved(program: bytes, **members: bytes) -> bytes:
-    """A file of torch.save, its six numbers 0 to 5."""
-    file = io.BytesIO()
-    content = {"data/0": np.arange(6, dtype="<f4").tobytes(), **members}
-    with zipfile.ZipFile(file, "w") as archive:
-        archive.writestr("x/data.pkl", program)
-        for name, data in content.items():
-            archive.writestr(f"x/{name}", data)
-    return file.getvalue()
 
 
 def test_an_array_is_laid_out_by_its_strides():
@@ -118,7 +64,7 @@ class Evil:
 def test_a_pickle_that_would_run_something_is_refused_and_runs_nothing(tmp_path, protocol):
     marker = tmp_path / "run"
     program = pickle.dumps(Evil(marker), protocol)
-    with pytest.raises(ValueError, match="which no state dict needs"):
+    with pytest.raises(ValueError, match="which is not needed"):
         read_state(saved(program))
     assert not marker.exists()
     pickle.loads(program)  # noqa: S301 - the decoy shows that it would run
@@ -131,8 +77,8 @@ def test_a_pickle_that_would_run_something_is_refused_and_runs_nothing(tmp_path,
         (b"\x80\x02cos\nsystem\n" + text("true") + b"\x85R.", "names 'os.system'"),
         (b"\x80\x02cnumpy\nload\n.", "names 'numpy.load'"),
         (b"\x80\x02ctorch\nFloatStorage.__init__\n.", "names 'torch.FloatStorage.__init__'"),
-        (b"(S'a'\nios\nsystem\n.", "has STRING, which no state dict needs"),
-        (b"\x80\x02]" + b".", "has EMPTY_LIST"),
+        (b"(S'a'\nios\nsystem\n.", "has STRING, which is not needed"),
+        (b"\x80\x02]" + b".", "is not a state dict"),
         (b"\x80\x02)R.", "broken"),
         (b"\x80\x02h\x05.", "broken"),
         (b"\x80\x02u.", "broken"),
@@ -140,8 +86,8 @@ def test_a_pickle_that_would_run_something_is_refused_and_runs_nothing(tmp_path,
         (b"\x80\x02}(K\x01u.", "broken"),
         (b"\x80\x02})K\x01s.", "not a name"),
         (b"\x80\x02K\x01.", "is not a state dict"),
-        (b"\x80\x02ccollections\nOrderedDict\nK\x01R.", "not an array"),
-        (b"\x80\x02K\x01Q.", "not a storage"),
+        (b"\x80\x02ccollections\nOrderedDict\nK\x01R.", "not a call"),
+        (b"\x80\x02K\x01Q.", "is not a state dict"),
         (b"", "not a complete pickle"),
         (b"\x80\x02X\xff\xff\xff\x7fab", "not a complete pickle"),
         (b"\xff\xfe", "not a complete pickle"),
@@ -174,9 +120,30 @@ def test_an_array_that_reaches_beyond_its_storage_is_refused(array):
         read_state(saved(state(a=array)))
 
 
+@pytest.mark.parametrize(
+    "identity",
+    [
+        text("storage"),
+        b"(" + text("memory") + b"ctorch\nFloatStorage\n" + text("0") + text("cpu") + b"K\x06t",
+        b"(" + text("storage") + text("float") + text("0") + text("cpu") + b"K\x06t",
+    ],
+)
+def test_an_array_of_something_else_than_a_storage_is_refused(identity):
+    array = b"ctorch._utils\n_rebuild_tensor_v2\n(" + identity + b"QK\x00K\x06\x85K\x01\x85tR"
+    with pytest.raises(ValueError, match="has an array of an unknown kind"):
+        read_state(saved(state(a=array)))
+
+
+def test_a_state_dict_within_a_dictionary_has_the_name_of_its_entry():
+    array = tensor((6,), (1,))
+    inner = state(w=array).removeprefix(b"\x80\x02").removesuffix(b".")
+    program = b"\x80\x02}(" + text("model_weights") + inner + text("epoch") + b"K\x03u."
+    assert list(read_state(saved(program))) == ["model_weights.w"]
+
+
 def test_too_many_numbers_are_refused_before_any_is_read():
-    huge = {f"a{n}": tensor((1,), (1,), count=2**25, key="none") for n in range(3)}
-    with pytest.raises(ValueError, match="more than 67108864 numbers"):
+    huge = {f"a{n}": tensor((1,), (1,), count=2**23, key="none") for n in range(3)}
+    with pytest.raises(ValueError, match="more than 16777216 numbers"):
         read_state(saved(state(**huge)))
 
 

@@ -5,8 +5,10 @@ import struct
 import zipfile
 import zlib
 
+from touchdown.core import limits
+
 _READABLE = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-_MOST_MEMBERS = 10_000
+_ENTRY = b"PK\x01\x02"  # begins each entry of the directory
 _ENCRYPTED = 0x1  # of a member's flags
 _BROKEN = (
     zipfile.BadZipFile,
@@ -30,17 +32,18 @@ class Archive:
         data: the whole archive.
 
     Raises:
-        ValueError: it is not a zip archive, or has more than 10,000 members.
+        ValueError: it is not a zip archive, or has too many members.
     """
 
     def __init__(self, data: bytes) -> None:
+        entries = data.count(_ENTRY)  # before any is read: each takes much memory
+        if entries > limits.ARCHIVE_MEMBERS:
+            raise ValueError(f"has {entries} members, must be at most {limits.ARCHIVE_MEMBERS}")
         try:
             self._zip = zipfile.ZipFile(io.BytesIO(data))
             self._members = {member.filename: member for member in self._zip.infolist()}
         except _BROKEN:
             raise ValueError("not a complete zip archive") from None
-        if len(self._members) > _MOST_MEMBERS:
-            raise ValueError(f"has {len(self._members)} members, must be at most {_MOST_MEMBERS}")
 
     @property
     def names(self) -> list[str]:

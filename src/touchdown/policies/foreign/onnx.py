@@ -1,87 +1,38 @@
-"""An ONNX model, ours or another, as a policy, computed by onnxruntime."""
+"""An ONNX model, ours or another, as a policy, computed by onnxruntime in another process."""
 
 from collections.abc import Sequence
-from importlib import import_module
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchdown.agents.greedy import in_blocks
-from touchdown.core import files, onnx_runtime
-from touchdown.core.errors import UserError, one_line
+from touchdown.core import installation, limits
+from touchdown.core.errors import UserError
 from touchdown.core.types import FloatArray, IntArray, Spaces
 from touchdown.envs import environment
+from touchdown.policies.foreign.onnx_session import missing_package
+from touchdown.policies.foreign.worker_model import Input, Result, WorkerModel
 
-_MOST_BYTES = 512 << 20
-_MOST_ROWS = 1_024
 _ROWS = 32  # observations per call, if the model leaves N open
 
 
-class OnnxModel:
-    """A loaded model, computed on one thread.
-
-    Args:
-        source: the bytes of the model, or its path, so that weights in a separate file are found.
-        where: the origin of the model, for error messages.
-
-    Raises:
-        UserError: onnxruntime is not installed, or the model is broken.
-    """
-
-    def __init__(self, source: bytes | Path, where: str) -> None:
-        onnxruntime = onnx_runtime.load(where)
-        errors: Any = import_module("onnxruntime.capi.onnxruntime_pybind11_state")
-        options: Any = onnxruntime.SessionOptions()
-        options.intra_op_num_threads = options.inter_op_num_threads = 1
-        options.log_severity_level = 4  # errors are raised, so no log is needed
-        self._where = where
-        self._errors: tuple[type[Exception], ...] = (
-            errors.Fail,
-            errors.InvalidArgument,
-            errors.InvalidGraph,
-            errors.InvalidProtobuf,
-            errors.NotImplemented,
-            errors.RuntimeException,
-            RuntimeError,
-            ValueError,
-        )
-        try:
-            self._session: Any = onnxruntime.InferenceSession(
-                source if isinstance(source, bytes) else str(source),
-                options,
-                providers=["CPUExecutionProvider"],
-            )
-        except self._errors as error:
-            raise UserError(f"{where}: not a complete ONNX model: {one_line(error)}") from None
+class Model(Protocol):
+    """A loaded model; `WorkerModel` is one."""
 
     @property
-    def inputs(self) -> list[tuple[str, str, list[int | str | None]]]:
-        """Name, type and shape of each input; an open dimension is not an integer."""
-        return [(each.name, each.type, each.shape) for each in self._session.get_inputs()]
+    def inputs(self) -> Sequence[Input]:
+        """The inputs of the model."""
+        ...
 
-    @property
-    def metadata(self) -> dict[str, str]:
-        """The metadata of the model."""
-        return dict(self._session.get_modelmeta().custom_metadata_map)
+    def results(self, observations: NDArray[np.float32]) -> list[Result]:
+        """What each output is, for observations [B, D]."""
+        ...
 
-    def run(self, observations: FloatArray, outputs: Sequence[str] | None = None) -> list[Any]:
-        """Compute the named outputs, or all of them.
-
-        Raises:
-            UserError: the model cannot compute them.
-        """
-        name = self.inputs[0][0]
-        try:
-            return cast(list[Any], self._session.run(outputs, {name: observations}))
-        except self._errors as error:
-            raise UserError(f"{self._where}: cannot be computed: {one_line(error)}") from None
-
-    @property
-    def outputs(self) -> list[str]:
-        """The names of the outputs."""
-        return [each.name for each in self._session.get_outputs()]
+    def run(self, observations: NDArray[np.float32], output: str) -> NDArray[Any]:
+        """The array of one output, for observations [B, D]."""
+        ...
 
 
 class OnnxPolicy:
@@ -98,12 +49,12 @@ class OnnxPolicy:
         UserError: the model has different inputs or outputs.
     """
 
-    def __init__(self, model: OnnxModel, spaces: Spaces, where: str) -> None:
+    def __init__(self, model: Model, spaces: Spaces, where: str) -> None:
         self._model, self._where = model, where
         self._num_actions = spaces.num_actions
-        shapes = [f"{kind} {shape}" for _, kind, shape in model.inputs]
-        match [(kind, shape) for _, kind, shape in model.inputs]:
-            case [("tensor(float)", [rows, size])]:
+        shapes = [f"{each.type} {each.shape}" for each in model.inputs]
+        match list(model.inputs):
+            case [Input("tensor(float)", [rows, size])]:
                 pass
             case _:
                 raise UserError(
@@ -116,38 +67,44 @@ class OnnxPolicy:
                 f"{spaces.observation_size}; set another one with --env-id"
             )
         self._rows = rows if isinstance(rows, int) else _ROWS
-        if not 1 <= self._rows <= _MOST_ROWS:
-            raise UserError(f"{where}: takes {rows} observations, must be from 1 to {_MOST_ROWS}")
+        if not 1 <= self._rows <= limits.ONNX_ROWS:
+            raise UserError(
+                f"{where}: takes {rows} observations, must be from 1 to {limits.ONNX_ROWS}"
+            )
         self._output, self._gives_values = self._choose(spaces)
 
-    def _choose(self, spaces: Spaces) -> tuple[str, bool]:
+    def _choose(self, spaces: Spaces) -> tuple[Result, bool]:
         """The output to use, and whether it contains values; shapes are found by a trial call."""
         zeros = np.zeros((self._rows, spaces.observation_size), np.float32)
-        results = [
-            (name, cast(NDArray[Any], result))
-            for name, result in zip(self._model.outputs, self._model.run(zeros), strict=True)
-            if isinstance(result, np.ndarray)
-        ]
-        for name, result in results:
-            if result.dtype.kind == "f" and result.shape == (self._rows, spaces.num_actions):
-                return name, True
-        for name, result in results:
-            if result.dtype.kind == "i" and result.shape in ((self._rows,), (self._rows, 1)):
-                return name, False
-        shapes = [f"{name} {result.dtype}{list(result.shape)}" for name, result in results]
+        results = self._model.results(zeros)
+        for result in results:
+            is_float = np.dtype(result.dtype).kind == "f"
+            if is_float and result.shape == [self._rows, spaces.num_actions]:
+                return result, True
+        for result in results:
+            is_whole = np.dtype(result.dtype).kind == "i"
+            if is_whole and result.shape in ([self._rows], [self._rows, 1]):
+                return result, False
+        shapes = [f"{each.name} {np.dtype(each.dtype)}{each.shape}" for each in results]
         raise UserError(
-            f"{self._where}: returns {', '.join(shapes)} for {self._rows} observations, must be "
-            f"values [N, {spaces.num_actions}] or actions [N]; --env-id sets the environment"
+            f"{self._where}: returns {', '.join(shapes) or 'no array'} for {self._rows} "
+            f"observations, must be values [N, {spaces.num_actions}] or actions [N]; --env-id sets "
+            "the environment"
         )
 
     def act(self, observations: FloatArray) -> IntArray:
         """An action for each observation: [N, D] to [N].
 
         Raises:
-            UserError: the model returns an action that the environment does not have.
+            UserError: the model returns an action that the environment does not have, or a value
+                that is not finite, or it exceeds a limit.
         """
         given = in_blocks(self._given, observations, self._rows)
         if self._gives_values:
+            finite = np.isfinite(given)
+            if not finite.all():
+                wrong = given[~finite][0]
+                raise UserError(f"{self._where}: value {wrong} of an action: must be finite")
             return given.argmax(axis=1)
         actions = given.reshape(len(observations))
         wrong = actions[(actions < 0) | (actions >= self._num_actions)]
@@ -158,7 +115,14 @@ class OnnxPolicy:
         return actions
 
     def _given(self, block: NDArray[np.float32]) -> NDArray[Any]:
-        return self._model.run(block, [self._output])[0]
+        expected = self._output
+        given = self._model.run(block, expected.name)
+        if (given.dtype.str, list(given.shape)) != (expected.dtype, expected.shape):
+            raise UserError(
+                f"{self._where}: returns {expected.name} {given.dtype}{list(given.shape)}, and for "
+                f"other observations {np.dtype(expected.dtype)}{expected.shape}"
+            )
+        return given
 
 
 def read_onnx(path: Path, env_id: str) -> tuple[OnnxPolicy, str]:
@@ -169,11 +133,12 @@ def read_onnx(path: Path, env_id: str) -> tuple[OnnxPolicy, str]:
         env_id: the environment if the file does not name one; our files do.
 
     Raises:
-        UserError: onnxruntime is not installed, or the file is broken or does not fit the
-            environment.
+        UserError: onnxruntime is not installed, the file is broken or exceeds a limit, or it does
+            not fit the environment.
     """
-    files.read_bytes(path, _MOST_BYTES)  # check that it exists and is not too large
-    model = OnnxModel(path, str(path))
-    named = model.metadata.get("env_id", env_id)
-    spaces = environment.spaces_of(named)
-    return OnnxPolicy(model, spaces, str(path)), named
+    missing = missing_package()
+    if missing is not None:
+        raise installation.missing(str(path), missing, "onnx")
+    model = WorkerModel(path)
+    named = model.env_id or env_id
+    return OnnxPolicy(model, environment.spaces_of(named), str(path)), named

@@ -1,13 +1,10 @@
 """The arrays of a `torch.save` file, read without PyTorch and without running the file.
 
-The file is a zip archive. Its `data.pkl` is a pickle: a program for a small virtual machine, which
-may call any function that it names, so loading a pickle runs it. Here the program is only
-interpreted, one operation after the other. Only the operations that a dictionary of arrays needs
-are implemented, names are compared as text, and nothing is imported or called; everything else is
-refused. The bytes of the arrays are in other members, `data/0`, `data/1` and so on.
+The file is a zip archive. Its `data.pkl` is a pickle, which is only interpreted (`pickles.py`). The
+bytes of the arrays are in other members, `data/0`, `data/1` and so on.
 """
 
-import pickletools
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import prod
 from typing import Any, cast
@@ -15,11 +12,10 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from touchdown.core import limits
+from touchdown.policies.foreign import pickles
 from touchdown.policies.foreign.archive import Archive
-
-_MOST_PROGRAM = 1 << 20  # bytes; a network of a thousand layers needs less
-_MOST_NUMBERS = 1 << 26  # in all arrays together
-_MOST_DIMENSIONS = 8
+from touchdown.policies.foreign.pickles import Made, Name, Persistent
 
 _DICTIONARY, _TENSOR = "collections OrderedDict", "torch._utils _rebuild_tensor_v2"
 _DTYPES = {  # little-endian; a file in another order says so in `byteorder`
@@ -28,14 +24,7 @@ _DTYPES = {  # little-endian; a file in another order says so in `byteorder`
     "torch HalfStorage": np.dtype("<f2"),
     "torch LongStorage": np.dtype("<i8"),
 }
-_NAMES = (_DICTIONARY, _TENSOR, *_DTYPES)
-
-
-@dataclass(frozen=True, slots=True)
-class _Name:
-    """A name that the program would import; it is compared, never imported."""
-
-    text: str
+_NAMES = frozenset((_DICTIONARY, _TENSOR, *_DTYPES))
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,15 +42,15 @@ class _Tensor:
 
     storage: _Storage
     offset: int
-    shape: tuple[Any, ...]
-    strides: tuple[Any, ...]
-
-
-_TENSOR_KINDS = (_Storage, int, tuple, tuple)  # types of the arguments that make an array
+    shape: tuple[int, ...]
+    strides: tuple[int, ...]
 
 
 def read_state(data: bytes) -> dict[str, NDArray[Any]]:
     """The arrays of a state dict, by name.
+
+    The arrays of a state dict within a dictionary have the name of its entry before their own,
+    such as `model_weights.network.0.weight`.
 
     Args:
         data: bytes of a `torch.save` file from PyTorch 1.6 or later.
@@ -80,127 +69,58 @@ def read_state(data: bytes) -> dict[str, NDArray[Any]]:
     order = f"{folder}byteorder"
     if order in archive.names and archive.read(order, 16) != b"little":
         raise ValueError("its numbers are not little-endian")
-    try:
-        state = _read_program(archive.read(programs[0], _MOST_PROGRAM))
-    except (IndexError, KeyError, TypeError) as error:
-        raise ValueError(f"its data.pkl is broken: {error}") from None
-    if not isinstance(state, dict):
+    program = archive.read(programs[0], limits.PICKLE_BYTES)
+    state = _items(pickles.read(program, "its data.pkl", _NAMES))
+    if state is None:
         raise ValueError("its data.pkl is not a state dict")
-    tensors = {
-        name: value
-        for name, value in cast(dict[str, object], state).items()
-        if isinstance(value, _Tensor)
-    }
-    if sum(tensor.storage.count for tensor in tensors.values()) > _MOST_NUMBERS:
-        raise ValueError(f"its arrays have more than {_MOST_NUMBERS} numbers")
+    tensors = dict(_tensors(state))
+    if sum(tensor.storage.count for tensor in tensors.values()) > limits.PICKLE_NUMBERS:
+        raise ValueError(f"its arrays have more than {limits.PICKLE_NUMBERS} numbers")
     return {name: _array(archive, folder, tensor) for name, tensor in tensors.items()}
 
 
-def _read_program(program: bytes) -> object:  # noqa: PLR0912 - one branch per operation
-    """The object of a pickle that uses only operations and names of a state dict."""
-    stack: list[Any] = []
-    marks: list[int] = []
-    memo: dict[int, Any] = {}
-
-    def popped(start: int) -> list[Any]:
-        items = stack[start:]
-        del stack[start:]
-        return items
-
-    try:
-        operations = list(pickletools.genops(program))
-    except ValueError:
-        raise ValueError("its data.pkl is not a complete pickle") from None
-    for opcode, argument, _ in operations:
-        match opcode.name:
-            case "PROTO" | "STOP":
-                pass
-            case "MARK":
-                marks.append(len(stack))
-            case "BINUNICODE" | "BININT" | "BININT1" | "BININT2" | "LONG1":
-                stack.append(argument)
-            case "NEWFALSE" | "NEWTRUE" | "NONE":
-                stack.append(None)  # requires_grad, which does not matter here
-            case "EMPTY_DICT":
-                stack.append({})
-            case "EMPTY_TUPLE":
-                stack.append(())
-            case "TUPLE1" | "TUPLE2" | "TUPLE3":
-                stack.append(tuple(popped(len(stack) - int(opcode.name[-1]))))
-            case "TUPLE":
-                stack.append(tuple(popped(marks.pop())))
-            case "BINPUT" | "LONG_BINPUT":
-                memo[cast(int, argument)] = stack[-1]
-            case "BINGET" | "LONG_BINGET":
-                stack.append(memo[cast(int, argument)])
-            case "GLOBAL":
-                stack.append(_name(str(argument)))
-            case "BINPERSID":
-                stack.append(_storage(stack.pop()))
-            case "REDUCE":
-                arguments, name = stack.pop(), stack.pop()
-                stack.append(_made(name, arguments))
-            case "SETITEM":
-                _set(stack[-3], popped(len(stack) - 2))
-            case "SETITEMS":
-                items = popped(marks.pop())
-                _set(stack[-1], items)
-            case "BUILD":
-                stack.pop()  # the versions of the modules
-            case _:
-                raise ValueError(f"its data.pkl has {opcode.name}, which no state dict needs")
-    return stack.pop()
+def _items(value: Any) -> dict[str | int, Any] | None:
+    """The entries of a dictionary, ordered or not; None of anything else."""
+    if isinstance(value, Made) and value.name.text == _DICTIONARY:
+        return value.items
+    return cast(dict[str | int, Any], value) if isinstance(value, dict) else None
 
 
-def _name(text: str) -> _Name:
-    if text not in _NAMES:
-        shown = text.replace(" ", ".")[:80]
-        raise ValueError(f"its data.pkl names {shown!r}, which no state dict needs")
-    return _Name(text)
+def _tensors(state: dict[str | int, Any]) -> Iterator[tuple[str, _Tensor]]:
+    for name, value in state.items():
+        inner = _items(value)
+        for path, each in [(str(name), value)] if inner is None else _within(name, inner):
+            if isinstance(each, Made) and each.name.text == _TENSOR:
+                yield path, _tensor(each)
 
 
-def _set(mapping: object, items: list[Any]) -> None:
-    if not isinstance(mapping, dict) or len(items) % 2:
-        raise TypeError("not a dictionary")
-    for key, value in zip(items[::2], items[1::2], strict=True):
-        # only text: hashing a deeply nested tuple would overflow the stack
-        if not isinstance(key, str):
-            raise TypeError("not a name")
-        cast(dict[str, object], mapping)[key] = value
+def _within(name: str | int, inner: dict[str | int, Any]) -> list[tuple[str, Any]]:
+    return [(f"{name}.{of_inner}", value) for of_inner, value in inner.items()]
 
 
-def _storage(identity: object) -> _Storage:
-    match identity:
-        case ("storage", _Name(text=kind), str(key), str(), int(count)) if kind in _DTYPES:
-            return _Storage(_DTYPES[kind], key, count)
+def _tensor(made: Made) -> _Tensor:
+    """An array that does not exceed its storage and does not repeat elements of it."""
+    match made.arguments[:4]:
+        case (
+            Persistent(("storage", Name(text=kind), str(key), str(), int(count))),
+            int(offset),
+            shape,
+            strides,
+        ) if kind in _DTYPES:
+            storage = _Storage(_DTYPES[kind], key, count)
+            tensor = _Tensor(storage, offset, pickles.sizes(shape), pickles.sizes(strides))
         case _:
-            raise TypeError("not a storage")
-
-
-def _made(name: object, arguments: object) -> object:
-    if not isinstance(name, _Name) or not isinstance(arguments, tuple):
-        raise TypeError("not an array")
-    if name.text == _DICTIONARY:
-        return {}  # later operations fill it
-    given = cast(tuple[Any, ...], arguments)
-    kinds = [isinstance(each, kind) for each, kind in zip(given, _TENSOR_KINDS, strict=False)]
-    if name.text != _TENSOR or kinds != [True] * len(_TENSOR_KINDS):
-        raise TypeError("not an array")
-    tensor = _Tensor(*given[: len(_TENSOR_KINDS)])
-    _check(tensor)
-    return tensor
-
-
-def _check(tensor: _Tensor) -> None:
-    """Refuse an array that exceeds its storage, or repeats elements of it."""
-    sizes = (tensor.offset, tensor.storage.count, *tensor.shape, *tensor.strides)
-    if not all(type(size) is int and 0 <= size <= _MOST_NUMBERS for size in sizes):
+            raise ValueError("its data.pkl has an array of an unknown kind")
+    shape, strides = tensor.shape, tensor.strides
+    sizes = (offset, count, *shape, *strides)
+    if not all(type(size) is int and 0 <= size <= limits.PICKLE_NUMBERS for size in sizes):
         raise ValueError("its data.pkl has an array of an invalid shape, or too large")
-    if len(tensor.shape) != len(tensor.strides) or len(tensor.shape) > _MOST_DIMENSIONS:
+    if len(shape) != len(strides) or len(shape) > limits.ARRAY_DIMENSIONS:
         raise ValueError("its data.pkl has an array of an invalid shape")
-    last = sum((size - 1) * step for size, step in zip(tensor.shape, tensor.strides, strict=True))
-    if not 0 < prod(tensor.shape) <= tensor.storage.count > tensor.offset + last:
+    last = sum((size - 1) * step for size, step in zip(shape, strides, strict=True))
+    if not 0 < prod(shape) <= count > offset + last:
         raise ValueError("its data.pkl has an array that is empty, or larger than its storage")
+    return tensor
 
 
 def _array(archive: Archive, folder: str, tensor: _Tensor) -> NDArray[Any]:

@@ -1,0 +1,95 @@
+"""Reads regular files, and nothing else: no pipe blocks, and no device is read for ever."""
+
+import os
+import stat
+import sys
+from pathlib import Path
+
+from touchdown.core.errors import UserError, one_line
+
+_KINDS = {
+    stat.S_IFIFO: "a named pipe",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+    stat.S_IFSOCK: "a socket",
+}
+# a pipe that takes the file's place after the first check does not block, nor does a terminal
+# become the controlling one
+_FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
+
+
+def read_bytes(path: Path, most: int | None = None) -> bytes:
+    """The bytes of a regular file, or of one that a link leads to.
+
+    Args:
+        path: the file.
+        most: largest number of bytes; None accepts any size.
+
+    Raises:
+        UserError: it is missing, not a regular file, or has more bytes.
+    """
+    try:
+        size = _size_of_regular(path, path.stat())
+        with os.fdopen(os.open(path, _FLAGS), "rb") as file:
+            size = _size_of_regular(path, os.fstat(file.fileno()))
+            if most is not None and size > most:
+                raise UserError(f"{path}: has {size} bytes, must be at most {most}")
+            # the size is only a claim: that of a file in /proc is 0
+            data = file.read(size + 1 if most is None else min(size, most) + 1)
+            if len(data) > size:
+                data += file.read(-1 if most is None else most + 1 - len(data))
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the path
+        raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
+    if most is not None and len(data) > most:
+        raise UserError(f"{path}: has more than {most} bytes, must be at most {most}")
+    return data
+
+
+def check_regular(path: Path, most: int) -> int:
+    """The size in bytes of a file that another program will read.
+
+    Args:
+        path: the file.
+        most: largest number of bytes.
+
+    Raises:
+        UserError: it is missing, not a regular file, or has more bytes.
+    """
+    try:
+        size = _size_of_regular(path, path.stat())
+    except (OSError, ValueError) as error:
+        raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
+    if size > most:
+        raise UserError(f"{path}: has {size} bytes, must be at most {most}")
+    return size
+
+
+def check_appendable(path: Path) -> None:
+    """Check that a file of another program's folder can be opened to append: a pipe would block.
+
+    Raises:
+        UserError: it exists and is not a regular file.
+    """
+    if path.exists():
+        check_regular(path, sys.maxsize)
+
+
+def read_text(path: Path, most: int) -> str:
+    """The text of a regular file in UTF-8.
+
+    Raises:
+        UserError: it is missing, not a regular file, has more than `most` bytes, or is not UTF-8.
+    """
+    try:
+        return read_bytes(path, most).decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
+
+
+def _size_of_regular(path: Path, facts: os.stat_result) -> int:
+    if stat.S_ISDIR(facts.st_mode):
+        raise IsADirectoryError("Is a directory")
+    if not stat.S_ISREG(facts.st_mode):
+        kind = _KINDS.get(stat.S_IFMT(facts.st_mode), "something else")
+        raise UserError(f"{path}: is {kind}, must be a regular file")
+    return facts.st_size
