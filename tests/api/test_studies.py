@@ -279,3 +279,13 @@ def test_an_agents_settings_are_searched_and_the_search_goes_on(tmp_path):
     from_file = toml.from_values(toml.read_toml(out), winner, out)
     assert from_file.learning.gamma == pytest.approx(more.changed["learning.gamma"])
     assert all(run.config.seed >= 10_000 for run in touchdown.list_runs(tmp_path / "results/runs"))
+
+
+def test_a_second_search_is_refused_before_it_touches_a_trial(tmp_path):
+    pytest.importorskip("optuna")
+    with (
+        stores.held(open_store(tmp_path, make=True)),
+        pytest.raises(UserError, match="another process is running a study there"),
+    ):
+        studies.tune_agent("vector-dqn", results_dir=tmp_path)
+    assert not (tmp_path / "search.sqlite3").exists()

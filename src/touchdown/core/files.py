@@ -144,6 +144,22 @@ def _pour(source: Path, target: Path) -> None:
         shutil.copyfileobj(data, stream)
 
 
+def check_file(path: Path, name: str) -> None:
+    """Refuse a path that cannot become a file, before the work whose result it is to hold.
+
+    Args:
+        path: the path.
+        name: name of the option.
+
+    Raises:
+        UserError: the path is a folder, or its folder does not exist.
+    """
+    if not path.name or path.is_dir():
+        raise UserError(f"{name} {str(path)!r}: must be a file, not a folder")
+    if not path.absolute().parent.is_dir():
+        raise UserError(f"{name} {str(path)!r}: its folder does not exist")
+
+
 @contextmanager
 def refusing(where: str) -> Generator[None]:
     """Turn a system error in a block that writes into one line for the user.

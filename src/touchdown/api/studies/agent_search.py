@@ -93,14 +93,15 @@ def tune_agent(
         training = dataclasses.replace(base.training, max_env_steps=env_steps, episodes=1_000_000)
         base = dataclasses.replace(base, training=training)
     search.space_of(base)
-    if out is not None and not Path(out).absolute().parent.is_dir():
-        raise UserError(f"out {str(out)!r}: its folder does not exist")
+    if out is not None:
+        files.check_file(Path(out), "out")
     store = stores.open_store(Path(results_dir), make=True)
-    url = storage or search.storage_url(store)
-    study = search.open_study(url, f"{preset}-{base.digest}-{seeds}", seed)
+    url = search.storage_url(store) if storage is None else storage
     shown = console_for(progress, console)
     try:
         with (
+            stores.held(store),
+            search.storage_errors(url),
             Counter(shown, f"searching {preset}", trials) as count,
             stop_on_signals(shown) as stop,
         ):
@@ -110,7 +111,7 @@ def tune_agent(
                 count.describe(f"tuning {preset}{best_text}", number)
 
             found = search.search(
-                study,
+                search.open_study(url, f"{preset}-{base.digest}-{seeds}", seed),
                 base,
                 store,
                 executor or LocalExecutor(),
