@@ -28,11 +28,13 @@ def stopping(on_signal: Callable[[int], object]) -> Generator[None]:
         yield
         return
 
+    # seen now, because a closed terminal is none any more
+    terminals = [stream for stream in (sys.stdout, sys.stderr) if stream.isatty()]
+
     def handle(number: int, _frame: FrameType | None) -> None:
         if number == signal.SIGHUP:
-            for stream in (sys.stdout, sys.stderr):
-                if stream.isatty():
-                    silence(stream)  # a closed terminal refuses all output
+            for stream in terminals:
+                silence(stream)  # a closed terminal refuses all output
         on_signal(number)
 
     before = {number: signal.getsignal(number) for number in _STOPPING}

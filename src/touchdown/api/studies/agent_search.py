@@ -77,7 +77,7 @@ def tune_agent(
     Raises:
         UserError: a number is out of range, Optuna is not installed, the storage cannot be
             reached, or nothing can be written.
-        Interrupted: Ctrl-C or SIGTERM; finished trials are kept.
+        Interrupted: Ctrl-C, SIGTERM or SIGHUP; finished trials are kept.
     """
     for name, value in (("trials", trials), ("seeds", seeds), ("env_steps", env_steps)):
         if value is not None and value < 1:

@@ -53,7 +53,7 @@ def run_study(
     Raises:
         UserError: there is no such study, its file is broken, the folder has another version or is
             in use, or nothing can be written; finished runs are kept.
-        Interrupted: Ctrl-C or SIGTERM; unfinished runs were saved.
+        Interrupted: Ctrl-C, SIGTERM or SIGHUP; unfinished runs were saved.
     """
     selection = find_study(study, scale=scale, seeds=seeds)
     _check_code(study, selection, trust=trust)
