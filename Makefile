@@ -3,7 +3,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help land test test-all test-cpp exactness sanitize check docs bench peers paper lock format clean FORCE
+.PHONY: help land test test-all test-cpp faults exactness sanitize check docs bench peers paper lock format clean FORCE
 
 UV_VERSION := 0.13.9
 PYTHON ?= python3.13 python3.12 python3.11 python3
@@ -35,6 +35,9 @@ test-all: $(READY) test-cpp ## run all tests, including slow ones
 
 test-cpp: $(READY) ## build the C++ code without Python and run its tests
 	$(if $(compiler),@$(test_cpp),@echo "no C++ compiler: skipping the C++ tests")
+
+faults: $(READY) ## kill, fill, move and lock under each verb; print a table of what happens
+	@$(BIN)/python tests/faults/table.py $(ARGS)
 
 exactness: $(READY) ## compare N=1000000 steps of the exact engine with stock, byte by byte
 	@$(BIN)/python tests/lander/engine/oracle.py $(N) $(ARGS)

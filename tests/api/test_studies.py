@@ -9,7 +9,8 @@ import touchdown
 from touchdown.api import studies
 from touchdown.cli import app
 from touchdown.config import toml
-from touchdown.core.errors import UserError
+from touchdown.core.errors import Interrupted, UserError
+from touchdown.studies import store as stores
 from touchdown.studies.executors import LocalExecutor
 from touchdown.studies.store import open_store
 
@@ -28,6 +29,15 @@ min_size = 200
 field = "learning.gamma"
 values = [0.9, 0.99]
 """
+
+
+class Stopped:
+    """An executor that is stopped before it does anything."""
+
+    workers = 1
+
+    def run(self, *_: object) -> None:
+        raise Interrupted
 
 
 @pytest.fixture(scope="module")
@@ -99,6 +109,48 @@ def test_runs_of_a_version_that_recorded_no_flights_are_done_and_get_them_withou
     (status,) = studies.study_status(str(file), results_dir=old)
     assert status.unrecorded == 0
     assert "data:image/gif" in studies.study_report(str(file), results_dir=old).page.read_text()
+
+
+def test_a_second_process_is_refused_before_it_changes_anything(done):
+    file, results = done
+    before = (results / "begun" / "tiny.json").read_bytes()
+    with (
+        stores.held(open_store(results)),
+        pytest.raises(UserError, match="another process is running a study there"),
+    ):
+        studies.run_study(str(file), seeds=9, results_dir=results)
+    assert (results / "begun" / "tiny.json").read_bytes() == before
+
+
+def test_a_study_whose_file_was_moved_says_so_and_the_others_are_shown(
+    tmp_path, monkeypatch, capsys
+):
+    store = open_store(tmp_path / "results", make=True)
+    (tmp_path / "there").mkdir()
+    monkeypatch.chdir(tmp_path / "there")
+    for name in ("moved", "stays"):
+        (tmp_path / "there" / f"{name}.toml").write_text(STUDY)
+        with pytest.raises(Interrupted):
+            studies.run_study(f"{name}.toml", executor=Stopped(), results_dir=store.path)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "there" / "moved.toml").rename("moved.toml")
+    where = f"--results-dir={store.path}"
+    app.main(["study", "status", "--json", where])
+    moved, stays = json.loads(capsys.readouterr().out)
+    assert (stays["name"], stays["runs"], stays["error"]) == ("stays", 4, None)
+    assert (moved["name"], moved["runs"]) == ("moved", 0)
+    assert "there/moved.toml: cannot be read" in moved["error"]
+    app.main(["study", "status", where])
+    assert "moved.toml: cannot be read" in capsys.readouterr().out
+    (found,) = studies.study_status("moved.toml", results_dir=store.path)  # where it is now
+    assert found.runs == 4
+
+
+def test_a_stopped_study_names_the_command_that_resumes_it(done, tmp_path):
+    file, _ = done
+    resumes = f"resume with: touchdown study run {file} --results-dir {tmp_path}$"
+    with pytest.raises(Interrupted, match=resumes):
+        studies.run_study(str(file), executor=Stopped(), results_dir=tmp_path)
 
 
 def test_its_report_has_figure_table_and_film(done, tmp_path):
@@ -227,3 +279,13 @@ def test_an_agents_settings_are_searched_and_the_search_goes_on(tmp_path):
     from_file = toml.from_values(toml.read_toml(out), winner, out)
     assert from_file.learning.gamma == pytest.approx(more.changed["learning.gamma"])
     assert all(run.config.seed >= 10_000 for run in touchdown.list_runs(tmp_path / "results/runs"))
+
+
+def test_a_second_search_is_refused_before_it_touches_a_trial(tmp_path):
+    pytest.importorskip("optuna")
+    with (
+        stores.held(open_store(tmp_path, make=True)),
+        pytest.raises(UserError, match="another process is running a study there"),
+    ):
+        studies.tune_agent("vector-dqn", results_dir=tmp_path)
+    assert not (tmp_path / "search.sqlite3").exists()

@@ -141,5 +141,7 @@ def test_a_name_that_is_taken_is_refused_before_anything_is_written(name, said, 
 
 def test_a_report_of_a_study_that_was_not_run_says_how_to_run_it(tmp_path):
     open_store(tmp_path, make=True)
-    with pytest.raises(UserError, match=r"start it with: touchdown\.run_study\(study\)"):
+    with pytest.raises(
+        UserError, match=r"start it with: touchdown\.run_study\(study, results_dir="
+    ):
         touchdown.study_report(STUDY, results_dir=tmp_path)

@@ -38,7 +38,7 @@ def test_a_run_whose_name_is_taken_again_loses_nothing(finished, capsys):
     assert before == {p: p.read_bytes() for p in (finished / "cart").rglob("*") if p.is_file()}
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
 def test_an_interrupted_run_says_how_to_continue_and_does(tmp_path, number):
     runs = tmp_path / "runs"
     args = ["train", "dqn", *SHORT, "--episodes=60", "--name=stop", f"--runs-dir={runs}"]

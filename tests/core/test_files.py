@@ -1,9 +1,11 @@
 import errno
 import json
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from touchdown.core import files, records
@@ -153,31 +155,89 @@ def test_what_a_killed_writer_left_is_not_part_of_the_next_folder(tmp_path: Path
     assert [file.name for file in path.iterdir()] == ["fresh"]
 
 
-# --- leftovers ---
+# --- links, devices and pipes ---
 
 
-def test_remove_temporaries_takes_what_killed_writers_left_and_nothing_else(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
-    with monkeypatch.context() as patch:  # a kill runs no clean-up
-        patch.setattr(Path, "unlink", lambda *_, **__: None)
-        patch.setattr(files.shutil, "rmtree", lambda *_, **__: None)
-        patch.setattr(files.os, "fsync", disk_full)
-        with pytest.raises(OSError, match="No space left"):
-            files.write_atomic(tmp_path / "state.json", b"half")
-        with pytest.raises(OSError, match="No space left"):
-            files.write_folder_atomic(tmp_path / "ten", lambda at: (at / "a").write_text("half"))
-    assert len(list(tmp_path.iterdir())) == 2
-    kept = ["state.json", ".hidden", "notes.tmp", "folder"]
-    for name in kept[:-1]:
-        (tmp_path / name).write_text("mine")
-    (tmp_path / "folder").mkdir()
-    (tmp_path / "folder" / ".deeper.1.tmp").write_text("in a folder that was not named")
+def test_a_link_stays_and_its_target_is_replaced(tmp_path: Path):
+    (tmp_path / "other").mkdir()
+    target = tmp_path / "other" / "real.toml"
+    (tmp_path / "near.toml").symlink_to("far.toml")
+    (tmp_path / "far.toml").symlink_to(target)
+    for content in ("new", "newer"):  # a link to nothing, then to a file
+        files.write_atomic(tmp_path / "near.toml", content)
+        assert target.read_text() == content
+    assert (tmp_path / "near.toml").is_symlink()
+    assert [path.name for path in target.parent.iterdir()] == ["real.toml"]
 
-    files.remove_temporaries([tmp_path, tmp_path / "not there"])
 
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(kept)
-    assert (tmp_path / "folder" / ".deeper.1.tmp").exists()
+def test_links_that_go_round_in_a_circle_are_refused(tmp_path: Path):
+    (tmp_path / "a").symlink_to("b")
+    (tmp_path / "b").symlink_to("a")
+    with pytest.raises(OSError, match="Too many levels of symbolic links"):
+        files.write_atomic(tmp_path / "a", "x")
+
+
+def test_a_device_is_written_into_and_stays_a_device(tmp_path: Path):
+    (tmp_path / "null").symlink_to("/dev/null")
+    for path in (tmp_path / "null", Path("/dev/null")):
+        files.write_atomic(path, "gone")
+    with pytest.raises(OSError, match="No space left on device"):
+        files.write_atomic(Path("/dev/full"), "x")
+    assert all(Path(name).is_char_device() for name in ("/dev/null", "/dev/full"))
+    assert [path.name for path in tmp_path.iterdir()] == ["null"]
+
+
+def test_a_pipe_passes_the_bytes_on_and_one_without_a_reader_is_refused(tmp_path: Path):
+    pipe = tmp_path / "pipe.gif"
+    os.mkfifo(pipe)
+    with pytest.raises(OSError, match="No such device or address"):
+        files.write_atomic(pipe, "nobody listens")
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    files.write_through(pipe, lambda temporary: temporary.with_suffix(".gif").write_bytes(b"film"))
+    assert os.read(reader, 9) == b"film"
+    os.close(reader)
+    assert pipe.is_fifo()
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="Linux names open files there")
+def test_an_open_file_is_written_where_it_stands(tmp_path: Path):
+    with (tmp_path / "printed").open("w+b", buffering=0) as printed:
+        printed.write(b"before ")
+        (tmp_path / "stdout").symlink_to(f"/proc/self/fd/{printed.fileno()}")
+        files.write_atomic(tmp_path / "stdout", "the file ")
+        printed.write(b"after")
+        printed.seek(0)
+        assert printed.read() == b"before the file after"
+
+
+def test_a_folder_is_never_replaced_by_a_file(tmp_path: Path):
+    (tmp_path / "runs").mkdir()
+    with pytest.raises(IsADirectoryError):
+        files.write_atomic(tmp_path / "runs", "x")
+    assert (tmp_path / "runs").is_dir()
+
+
+def test_a_private_file_stays_private_and_a_long_name_has_room(tmp_path: Path):
+    path = tmp_path / ("ε" * 120 + ".toml")
+    files.write_atomic(path, "first")
+    path.chmod(0o600)
+    files.write_atomic(path, "second")
+    assert path.stat().st_mode & 0o777 == 0o600
+
+
+# --- safetensors ---
+
+
+def test_the_same_arrays_and_metadata_give_the_same_bytes(tmp_path: Path):
+    tensors = {"b": np.zeros((2, 3), np.float32), "a": np.arange(3)}
+    metadata = dict.fromkeys("hgfedcba", "ε")
+    data = {files.to_safetensors(tensors, metadata) for _ in range(20)}
+    assert len(data) == 1
+    path = tmp_path / "x.safetensors"
+    path.write_bytes(data.pop())
+    found, texts = files.read_tensors(path)
+    assert texts == metadata
+    assert (found["a"].tolist(), found["b"].shape) == ([0, 1, 2], (2, 3))
 
 
 # --- reading JSON ---

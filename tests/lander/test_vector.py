@@ -233,9 +233,9 @@ def test_invalid_arguments_are_refused_by_name():
     good = env.snapshot(0)
     for foreign, complaint in {
         b"x" * 100: "not a snapshot",
-        good[:8] + b"\x09" + good[9:]: "version 9: must be 1",
+        good[:8] + b"\x09" + good[9:]: "version 9: must be 2",
         good[:-1]: "damaged",
-        good[:70]: "too short",
+        good[:70]: "damaged",
     }.items():
         with pytest.raises(ValueError, match=complaint):
             env.restore(0, foreign)

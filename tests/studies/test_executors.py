@@ -1,3 +1,4 @@
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -69,6 +70,36 @@ def test_a_job_whose_workers_always_die_is_named_and_the_others_go_on(store):
     assert store.failed() == state.failed
 
 
+def test_a_worker_that_is_killed_while_it_waits_is_replaced(store):
+    children = multiprocessing.active_children
+    killed = []
+
+    def kill_the_idle(_state, event) -> None:
+        if event.kind == "done" and not killed:
+            killed.extend(children())
+            for each in killed:
+                each.kill()
+                each.join()
+
+    jobs = [Chore("a"), Chore("b")]
+    state = run_jobs(jobs, store, LocalExecutor(1), on_state=kill_the_idle)
+    assert len(killed) == 1
+    assert (state.done, state.failed) == (2, {})
+
+
+def test_a_folder_that_was_moved_stops_all_with_one_line(store):
+    moved = store.path.with_name("moved")
+
+    def move(_state, event) -> None:
+        if event.kind == "done" and not moved.exists():
+            store.path.rename(moved)
+
+    with pytest.raises(UserError, match=r"runs: cannot be written: No such file or directory"):
+        run_jobs([Chore("a"), Chore("b")], store, LocalExecutor(1), on_state=move)
+    assert not store.path.exists()
+    assert (moved / "runs" / "a" / "done").is_file()
+
+
 def test_a_job_that_is_refused_is_not_tried_again(store):
     state = run_jobs([Chore("bad", "refuse"), Chore("good")], store, LocalExecutor(1))
     assert state.failed == {"bad": "gamma = 7: must be from 0 to 1"}
@@ -99,11 +130,6 @@ def test_stopping_saves_what_is_under_way(store):
     # the process has stopped counting
     time.sleep(0.3)
     assert int((store.runs / "long" / "count").read_text()) == count
-
-
-def test_two_processes_do_not_run_jobs_in_one_folder(store):
-    with stores.held(store), pytest.raises(UserError, match="another process is running"):
-        run_jobs([Chore("a")], store, LocalExecutor(1))
 
 
 def test_workers_end_with_whoever_started_them(store):

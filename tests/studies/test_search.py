@@ -1,3 +1,4 @@
+import sqlite3
 from dataclasses import replace
 
 import pytest
@@ -10,7 +11,7 @@ from touchdown.core.errors import Interrupted, UserError  # noqa: E402
 from touchdown.studies import search  # noqa: E402
 from touchdown.studies.executors import Event  # noqa: E402
 from touchdown.studies.plan import FIRST_TUNING_SEED  # noqa: E402
-from touchdown.studies.search import Choice, Range  # noqa: E402
+from touchdown.studies.search import Choice, Range, storage_errors  # noqa: E402
 from touchdown.studies.store import open_store  # noqa: E402
 
 BASE = preset("vector-dqn")
@@ -124,9 +125,46 @@ def test_a_run_that_failed_is_worth_what_nobody_wants(store):
     assert found.value == -1_000
 
 
-def test_a_storage_that_cannot_be_opened_is_named():
-    with pytest.raises(UserError, match=r"storage = 'sqlite:////no/such/place\.db': cannot be"):
-        search.open_study("sqlite:////no/such/place.db", "mine", 0)
+@pytest.mark.parametrize(
+    ("url", "said"),
+    [
+        ("sqlite:////no/such/place.db", "cannot be used: unable to open database file"),
+        ("sqlite://", "must name a file"),
+        ("sqlite:///:memory:", "must name a file"),
+        ("", "cannot be used: Could not parse SQLAlchemy URL"),
+        ("nosuch://h/x", "cannot be used: Can't load plugin"),
+    ],
+)
+def test_a_storage_that_cannot_be_opened_is_named(url, said):
+    with pytest.raises(UserError, match=f"^storage = '{url}': {said}"):
+        search.open_study(url, "mine", 0)
+
+
+def test_a_file_that_is_no_storage_is_refused_and_left_as_it_is(store):
+    file = store.path / "search.sqlite3"
+    file.write_bytes(b"SQLite format 3\0" + b"x" * 200)
+    before = file.read_bytes()
+    with pytest.raises(UserError, match=r"search\.sqlite3': cannot be used: file is not a"):
+        new_study(store)
+    assert file.read_bytes() == before
+
+
+def test_a_storages_password_is_not_shown():
+    with pytest.raises(UserError, match=r"postgresql://me:\*\*\*@nowhere/x") as refused:
+        search.open_study("postgresql://me:s3cret@nowhere/x", "mine", 0)
+    assert "s3cret" not in str(refused.value)
+
+
+def test_a_storage_that_another_process_keeps_locked_is_one_line(store, monkeypatch):
+    new_study(store)
+    monkeypatch.setattr(search, "_PATIENCE", 0.1)
+    url = search.storage_url(store)
+    study = new_study(store)
+    other = sqlite3.connect(store.path / "search.sqlite3")
+    other.execute("BEGIN EXCLUSIVE")
+    with pytest.raises(UserError, match="cannot be used: database is locked"), storage_errors(url):
+        search.search(study, BASE, store, Pretender(), trials=1, seeds=1)
+    other.close()
 
 
 def test_what_lies_just_below_one_is_searched_by_its_distance_from_it():

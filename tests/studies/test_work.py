@@ -3,6 +3,7 @@ from pathlib import Path
 import pytest
 
 from finished_runs import write_run
+from small_configs import lake
 from touchdown.config.presets import preset
 from touchdown.core.errors import Interrupted
 from touchdown.envs.flight import load_flights
@@ -51,6 +52,22 @@ def test_gains_that_were_tuned_by_an_earlier_version_get_their_flight_and_stay(
     monkeypatch.setattr(work, "tune", None)  # it would fail
     perform(job, tmp_path)
     assert job.is_done(tmp_path)
+
+
+def test_a_run_that_a_power_loss_damaged_starts_anew(tmp_path, capsys):
+    job = TrainJob(lake())
+    whole = perform(job, tmp_path / "whole")
+    asked = iter(range(100))
+    with pytest.raises(Interrupted):
+        job.perform(tmp_path, lambda: next(asked) == 9, lambda _progress: None)
+    folder = RunFolder(tmp_path / job.digest)
+    size = folder.episodes.stat().st_size
+    assert size > 0
+    folder.episodes.write_bytes(b"\0" * size)
+    perform(job, tmp_path)
+    said = f"{folder.episodes}: altered since its checkpoint was written (its SHA-256 differs)"
+    assert said in capsys.readouterr().err
+    assert folder.best.read_bytes() == whole.best.read_bytes()
 
 
 @pytest.mark.parametrize("name", ["pid", "random"])

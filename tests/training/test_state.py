@@ -1,8 +1,10 @@
-import json
+import shutil
+from hashlib import sha256
 
 import numpy as np
 import pytest
 
+from checkpoints import read_state, write_state
 from single_changes import is_refused_in_a_line, single_changes
 from touchdown.agents.registry import make_agent
 from touchdown.config.presets import preset
@@ -12,14 +14,20 @@ from touchdown.envs import environment
 from touchdown.envs.episodes import Episode
 from touchdown.training.checkpoint import (
     Candidate,
+    DamagedError,
     Progress,
+    remove_checkpoints,
     restore_checkpoint,
+    restore_newest,
     save_checkpoint,
 )
+from touchdown.training.loggers import Saved
 from touchdown.training.state import GeneratorState, Solved
 
 CONFIG = preset("tabular-q")
-SIZES = {"episodes.jsonl": 9, "updates.jsonl": 9, "validations.jsonl": 9}
+RECORDS = ("episodes.jsonl", "updates.jsonl", "validations.jsonl")
+LINE = b'{"a": 1}\n'
+SAVED = Saved(dict.fromkeys(RECORDS, 9), dict.fromkeys(RECORDS, sha256(LINE).hexdigest()))
 
 
 def fresh():
@@ -37,19 +45,26 @@ def saved(tmp_path):
         seconds=1.5,
         candidates=[Candidate(100, 0.5, agent.weights())],
         solved=Solved(1.0, 0.7, 30),
-        record_sizes=SIZES,
+        records=SAVED,
     )
+    for name in RECORDS:
+        (tmp_path / name).write_bytes(LINE + b"after the checkpoint")
+    (tmp_path / "checkpoints").mkdir()
     episodes = [Episode(4, np.zeros(16, np.float32), [1, 2])]
-    return save_checkpoint(tmp_path, CONFIG.digest, agent, generators, progress, episodes)
+    where = tmp_path / "checkpoints"
+    return save_checkpoint(where, CONFIG.digest, agent, generators, progress, episodes)
 
 
 def restored(path):
     return restore_checkpoint(path, CONFIG.digest, *fresh())
 
 
+def newest(path):
+    return restore_newest(path.parent, CONFIG.digest, *fresh())
+
+
 def rewrite(path, **changes):
-    state = json.loads((path / "state.json").read_text())
-    (path / "state.json").write_text(json.dumps(state | changes))
+    write_state(path, read_state(path) | changes)
 
 
 def test_what_is_saved_comes_back(saved):
@@ -57,16 +72,62 @@ def test_what_is_saved_comes_back(saved):
     assert (progress.episodes, progress.seconds, progress.solved) == (4, 1.5, Solved(1.0, 0.7, 30))
     assert [(f.env_steps, f.validation_return) for f in progress.candidates] == [(100, 0.5)]
     assert (progress.underway[0].number, progress.underway[0].actions) == (4, [1, 2])
-    assert progress.record_sizes == SIZES
+    assert progress.records == SAVED
 
 
 def test_one_wrong_value_in_the_state_is_reported_in_one_line(saved):
-    record = json.loads((saved / "state.json").read_text())
     refused = 0
-    for other in single_changes(record):
-        (saved / "state.json").write_text(json.dumps(other))
-        refused += is_refused_in_a_line(lambda: restored(saved), str(saved))
+    for other in single_changes(read_state(saved)):
+        write_state(saved, other)
+        refused += is_refused_in_a_line(lambda: restored(saved), str(saved.parent.parent))
     assert refused > 300
+
+
+def test_a_state_with_any_byte_changed_is_refused(saved):
+    data = (saved / "state.json").read_bytes()
+    for at in (0, len(data) // 2, len(data) - 1):
+        (saved / "state.json").write_bytes(data[:at] + b"0" + data[at + 1 :])
+        with pytest.raises(DamagedError, match=r"state\.json: altered since it was written"):
+            restored(saved)
+    (saved / "state.json").write_bytes(data)
+    (saved / "state.sha256").unlink()
+    with pytest.raises(DamagedError, match=r"state\.sha256: missing"):
+        restored(saved)
+
+
+def test_a_state_of_the_former_format_is_read(saved):
+    former = read_state(saved) | {"format_version": 3}
+    del former["record_sha256"]
+    write_state(saved, former)
+    (saved / "state.sha256").unlink()
+    assert restored(saved).records == Saved(SAVED.sizes)
+
+
+@pytest.mark.parametrize("name", RECORDS)
+def test_a_record_that_is_not_what_its_checkpoint_names_is_refused(saved, name):
+    path = saved.parent.parent / name
+    for data, said in (
+        (LINE[:-1], "shorter than its checkpoint says"),
+        (LINE.replace(b"1", b"2"), "altered since its checkpoint"),
+        (b"\0" * 9, "altered since its checkpoint"),  # after a power loss
+    ):
+        path.write_bytes(data)
+        with pytest.raises(DamagedError, match=f"{name}: .*{said}"):
+            restored(saved)
+
+
+def test_the_newest_checkpoint_that_is_whole_is_taken(saved):
+    for number in (1, 2):
+        newer = shutil.copytree(saved, saved.with_name(f"{number:08d}"))
+        write_state(newer, read_state(newer) | {"episodes": 10 + number})
+    assert newest(saved).episodes == 12
+    (newer / "finalists.safetensors").write_bytes(b"")
+    assert newest(saved).episodes == 11
+    (saved.parent.parent / "episodes.jsonl").write_bytes(b"")
+    with pytest.raises(DamagedError, match="00000002/finalists"):
+        newest(saved)
+    remove_checkpoints(saved.parent)
+    assert newest(saved) is None
 
 
 @pytest.mark.parametrize(
@@ -86,7 +147,7 @@ def test_one_wrong_value_in_the_state_is_reported_in_one_line(saved):
         ({"streams": {}}, "not a checkpoint of this run: 'exploration'"),
         ({"agent": {"observations": 1, "updates": 1}}, "not a checkpoint of this run: 'pending'"),
         ({"config_digest": "another"}, "config_digest = 'another': must be"),
-        ({"format_version": 1}, "format_version = 1: must be 3 in this version"),
+        ({"format_version": 1}, "format_version = 1: must be 3 or 4 in this version"),
     ],
 )
 def test_a_state_that_contradicts_itself_is_refused(saved, changes, said):
@@ -112,8 +173,8 @@ def test_a_generator_goes_on_from_its_state():
     ],
 )
 def test_a_generators_state_that_no_generator_has_is_refused(saved, name, value, said):
-    state = json.loads((saved / "state.json").read_text())
+    state = read_state(saved)
     state["streams"]["replay"]["state"][name] = value
-    (saved / "state.json").write_text(json.dumps(state))
+    write_state(saved, state)
     with pytest.raises(UserError, match=rf"state\.json: streams\.replay\.state\.{said}"):
         restored(saved)

@@ -15,6 +15,7 @@ import pytest
 from safetensors.numpy import save
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
+from checkpoints import read_state, write_state
 from touchdown.agents.dqn import DQNAgent
 from touchdown.config import presets
 from touchdown.config.config import Config
@@ -229,9 +230,9 @@ def test_an_episode_that_does_not_come_to_the_same_place_is_not_resumed(tmp_path
     tensors, _ = files.read_tensors(newest / "underway.safetensors")
     data = save({**tensors, "0.observation": tensors["0.observation"] + 1})
     (newest / "underway.safetensors").write_bytes(data)
-    state = json.loads((newest / "state.json").read_text())
+    state = read_state(newest)
     state["sha256"]["underway"] = hashlib.sha256(data).hexdigest()
-    (newest / "state.json").write_text(files.to_json(state))
+    write_state(newest, state)
     with pytest.raises(UserError, match="cannot be repeated exactly"):
         train(folder)
 
@@ -356,10 +357,9 @@ def test_a_checkpoint_of_another_version_is_refused(tmp_path):
     folder = folders.create(tmp_path, small_config(), "old")
     with pytest.raises(Interrupted):
         train(folder, after(3))
-    path = newest_checkpoint(folder.checkpoints) / "state.json"
-    state = json.loads(path.read_text())
-    path.write_text(json.dumps(state | {"format_version": 99}))
-    with pytest.raises(UserError, match="format_version = 99: must be 3 in this version"):
+    path = newest_checkpoint(folder.checkpoints)
+    write_state(path, read_state(path) | {"format_version": 99})
+    with pytest.raises(UserError, match="format_version = 99: must be 3 or 4 in this version"):
         Trainer(folder)
 
 

@@ -26,6 +26,7 @@ from touchdown.render import film as films
 from touchdown.runs.folder import DEFAULT_RUNS, RunFolder
 from touchdown.runs.run import FLIGHTS, GIF, MP4, POLICY, Run
 from touchdown.training import finish, services
+from touchdown.training.checkpoint import DamagedError
 from touchdown.training.listeners import ListenerError, Listeners
 from touchdown.training.services import LoggerName
 from touchdown.training.trainer import Trainer
@@ -61,6 +62,11 @@ def complete(
         raise ListenerError(
             f"{error}; the last saved state is intact; {continuing}"
         ) from error.__cause__
+    except DamagedError as error:
+        raise UserError(
+            f"{error}; no checkpoint of the run is whole, so it cannot continue; train it anew: "
+            f"touchdown train --config {folder.config_file}"
+        ) from None
     except OSError as error:
         path = error.filename or folder.path
         # chained, because the user's own environment or agent may have raised it

@@ -76,7 +76,7 @@ def train(
             environment, the agent, a listener or a logger cannot be used; a listener raised an
             exception; or something could not be written, for example because the disk is full:
             `resume` continues from the last saved state.
-        Interrupted: Ctrl-C or SIGTERM; the run was saved, and `resume` continues it.
+        Interrupted: Ctrl-C, SIGTERM or SIGHUP; the run was saved, and `resume` continues it.
     """
     with Listeners(listeners) as told, plugins.trusting(everything=trust):
         base = preset(config) if isinstance(config, str) else config

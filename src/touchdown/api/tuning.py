@@ -50,10 +50,8 @@ def tune_pid(
     if not 0 < tolerance < 1:
         raise UserError(f"tolerance = {tolerance}: must be between 0 and 1")
     check_seed(seed)
-    if out is not None and not Path(out).absolute().parent.is_dir():
-        raise UserError(f"out {str(out)!r}: its folder does not exist")
-    if out is not None and (not Path(out).name or Path(out).is_dir()):
-        raise UserError(f"out {str(out)!r}: must be a file, such as pid.toml")
+    if out is not None:
+        files.check_file(Path(out), "out")
     if begin is None:
         first = pid_tuning.HAND_PICKED
     else:

@@ -1,12 +1,13 @@
 """The command line's entry point: run a verb, and turn errors into one line and an exit code."""
 
+import contextlib
 import io
 import sys
 import warnings
 from collections.abc import Sequence
 
 from touchdown.cli.parse import named_in, parse
-from touchdown.core import plugins
+from touchdown.core import plugins, processes
 from touchdown.core.errors import Interrupted, UserError, one_line
 from touchdown.core.version import __version__
 
@@ -21,7 +22,8 @@ def main(argv: Sequence[str] | None = None) -> None:
         argv: the words after `touchdown`; None uses those of the process.
 
     Raises:
-        SystemExit: with code 2 for bad input, 130 after Ctrl-C or SIGTERM, and 0 after help.
+        SystemExit: with code 2 for bad input, 130 after Ctrl-C, SIGTERM or SIGHUP, and 0 after
+            help.
     """
     from rich.console import Console  # noqa: PLC0415 - heavy libraries load when used
 
@@ -36,11 +38,13 @@ def main(argv: Sequence[str] | None = None) -> None:
         warnings.showwarning = _show_warning
     console = Console(width=None if sys.stdout.isatty() else 120, stderr="--json" in args)
     try:
-        verb = parse(args)
-        plugins.allow(*named_in(args))
-        trust: bool = getattr(getattr(verb, "what", verb), "trust", False)
-        with plugins.trusting(everything=trust):
-            verb.run(console)
+        with processes.stopping(processes.interrupt):
+            verb = parse(args)
+            plugins.allow(*named_in(args))
+            trust: bool = getattr(getattr(verb, "what", verb), "trust", False)
+            with plugins.trusting(everything=trust):
+                verb.run(console)
+            sys.stdout.flush()  # here, where a full disk is one line
     except UserError as error:
         _fail(str(error), _BAD_INPUT)
     except OSError as error:
@@ -58,8 +62,13 @@ def _show_warning(message: Warning | str, *_where: object) -> None:
 
 
 def _fail(message: str, code: int) -> None:
-    sys.stderr.write(f"touchdown: {message}\n")
-    sys.stderr.flush()
+    try:
+        sys.stdout.flush()
+    except OSError:
+        processes.silence(sys.stdout)  # or Python fails again when it ends
+    with contextlib.suppress(OSError):  # a closed terminal
+        sys.stderr.write(f"touchdown: {message}\n")
+        sys.stderr.flush()
     raise SystemExit(code)
 
 

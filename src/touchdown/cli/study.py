@@ -112,6 +112,8 @@ class StudyStatus:
         console.print(tables.studies_table(found))
         for each in found:
             print_indented(console, [f"{name}: {why}" for name, why in each.failed.items()])
+            if each.error is not None:
+                print_indented(console, [f"{each.name}: {each.error}"])
 
 
 @dataclass(frozen=True, kw_only=True)

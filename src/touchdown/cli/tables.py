@@ -55,6 +55,9 @@ def studies_table(found: Sequence[Any]) -> Table:
     for name in ("runs", "done", "failed", "missing"):
         table.add_column(name, justify="right", no_wrap=True)
     for each in found:
+        if each.error is not None:
+            table.add_row(Text(each.name), *"????")
+            continue
         missing = each.runs - each.done - len(each.failed)
         cells = (each.runs, each.done, len(each.failed), missing)
         table.add_row(Text(each.name), *map(str, cells))

@@ -5,22 +5,23 @@ import hashlib
 import json
 import os
 import shutil
-from collections.abc import Callable, Generator, Iterable
+import tempfile
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import msgspec
 from safetensors import SafetensorError
-from safetensors.numpy import load
+from safetensors.numpy import load, save
 
-from touchdown.core import limits, reading, records
+from touchdown.core import limits, reading, records, temporaries
 from touchdown.core.errors import UserError, one_line
 from touchdown.core.types import Tensors
 
 
 def write_atomic(path: Path, data: bytes | str) -> None:
-    """Write a file under a temporary name, flush it to the disk and rename it.
+    """Write a file completely or not at all; see `write_through`.
 
     Raises:
         OSError: the folder is not writable or the disk is full; the previous file is kept.
@@ -29,38 +30,134 @@ def write_atomic(path: Path, data: bytes | str) -> None:
 
 
 def write_through(path: Path, write: Callable[[Path], object]) -> None:
-    """Call `write` for a file with a temporary name in the same folder, then rename it.
+    """Call `write` for a file with a temporary name, flush it to the disk and rename it.
 
-    The temporary name keeps the suffix, because picture writers depend on it.
+    A symbolic link is followed: its target is replaced, and the link stays. A device, a pipe or
+    an open file of this process, such as `/dev/stdout`, is written into.
+
+    Args:
+        path: the file.
+        write: writes a file of the given path. Its name has the suffix of `path`, because picture
+            writers depend on it.
+
+    Raises:
+        OSError: the file cannot be written; the previous one is kept.
     """
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}.tmp{path.suffix}")
-    try:
+    target = _followed(path)
+    if _takes_a_stream(target):
+        with tempfile.TemporaryDirectory() as folder:
+            temporary = Path(folder) / f"stream{path.suffix}"
+            write(temporary)
+            _pour(temporary, target)
+        return
+    temporaries.remove_temporaries([target.parent])
+    with temporaries.temporary_file(target) as temporary:
         write(temporary)
-        _sync(temporary)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+        if target.exists():
+            shutil.copymode(target, temporary)  # a private file stays private
+        sync(temporary)
+        temporary.replace(target)
+    sync(target.parent)
 
 
 def write_folder_atomic(path: Path, write: Callable[[Path], object]) -> None:
-    """Call `write` for a temporary folder, then rename it.
+    """Call `write` for a temporary folder, flush its files to the disk and rename it.
 
     Raises:
-        OSError: `path` already exists, or cannot be written; nothing is left behind.
+        OSError: `path` already exists, its parent does not, or it cannot be written; nothing is
+            left behind.
     """
     if path.exists():
         raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    shutil.rmtree(temporary, ignore_errors=True)
-    try:
-        temporary.mkdir(parents=True)
+    temporaries.remove_temporaries([path.parent])
+    with temporaries.temporary_folder(path) as temporary:
         write(temporary)
-        for file in temporary.iterdir():
-            if file.is_file():
-                _sync(file)
+        for inside in [*temporary.rglob("*"), temporary]:
+            sync(inside)
         temporary.replace(path)
+    sync(path.parent)
+
+
+def make_folder(path: Path) -> None:
+    """Create a folder with its parents, unless it exists, and flush its name to the disk.
+
+    Raises:
+        OSError: it cannot be created, or there is something else.
+    """
+    missing = [folder for folder in (path, *path.parents) if not folder.exists()]
+    path.mkdir(parents=True, exist_ok=True)
+    for folder in missing:
+        sync(folder.parent)
+
+
+def sync(path: Path) -> None:
+    """Flush a file, or the names in a folder, to the disk.
+
+    Raises:
+        OSError: it cannot be flushed, for example because the disk is full.
+    """
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    except OSError as error:
+        # some network file systems cannot flush a folder
+        if error.errno not in (errno.EINVAL, errno.ENOTSUP) or not path.is_dir():
+            raise
     finally:
-        shutil.rmtree(temporary, ignore_errors=True)
+        os.close(descriptor)
+
+
+def _followed(path: Path) -> Path:
+    """The end of a chain of symbolic links; it need not exist."""
+    for _ in range(_MOST_LINKS):
+        if not path.is_symlink() or _open_file(path) is not None:
+            return path
+        path = path.parent / path.readlink()
+    raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), str(path))
+
+
+def _open_file(path: Path) -> int | None:
+    """The descriptor that a path such as `/proc/self/fd/1` names; None of other paths."""
+    own = path.parent.resolve() == Path(f"/proc/{os.getpid()}/fd")
+    return int(path.name) if own and path.name.isdecimal() else None
+
+
+def _takes_a_stream(target: Path) -> bool:
+    """Whether a path is to be written into: something that is neither a file nor a folder."""
+    if _open_file(target) is not None:
+        return True
+    if target.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(target))
+    return target.exists() and not target.is_file()
+
+
+def _pour(source: Path, target: Path) -> None:
+    """Copy a file into a device, a pipe or an open file."""
+    opened = _open_file(target)
+    if opened is not None:
+        descriptor = os.dup(opened)  # shares the position with what is printed
+    else:
+        # a pipe without a reader is refused at once, instead of waiting for one
+        descriptor = os.open(target, os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY)
+        os.set_blocking(descriptor, True)
+    with source.open("rb") as data, os.fdopen(descriptor, "wb") as stream:
+        shutil.copyfileobj(data, stream)
+
+
+def check_file(path: Path, name: str) -> None:
+    """Refuse a path that cannot become a file, before the work whose result it is to hold.
+
+    Args:
+        path: the path.
+        name: name of the option.
+
+    Raises:
+        UserError: the path is a folder, or its folder does not exist.
+    """
+    if not path.name or path.is_dir():
+        raise UserError(f"{name} {str(path)!r}: must be a file, not a folder")
+    if not path.absolute().parent.is_dir():
+        raise UserError(f"{name} {str(path)!r}: its folder does not exist")
 
 
 @contextmanager
@@ -86,6 +183,9 @@ def read_jsonl(path: Path) -> list[dict[str, Any]]:
         UserError: the file is missing, or a complete line is not a JSON object.
     """
     return records.decode_jsonl(path, dict[str, Any])
+
+
+_MOST_LINKS = 40  # in a chain, as in Linux
 
 
 class _TensorsHeader(msgspec.Struct):
@@ -121,6 +221,24 @@ def read_tensors(
     return tensors, records.decode(data[8 : 8 + header_size], _TensorsHeader, path).metadata
 
 
+def to_safetensors(tensors: Tensors, metadata: Mapping[str, str] | None = None) -> bytes:
+    """Arrays and metadata as a safetensors file; the same content gives the same bytes.
+
+    Args:
+        tensors: arrays by name, each contiguous.
+        metadata: texts by name; None writes no metadata.
+    """
+    data = save(tensors, None if metadata is None else dict(metadata))
+    start = 8 + int.from_bytes(data[:8], "little")
+    header = json.loads(data[8:start])
+    if metadata is not None:
+        # the library writes metadata in another order each time
+        header["__metadata__"] = dict(sorted(metadata.items()))
+    text = json.dumps(header, ensure_ascii=False, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 8)  # the arrays begin at a multiple of 8 bytes
+    return len(text).to_bytes(8, "little") + text + data[start:]
+
+
 def to_json(value: object) -> str:
     """Plain values and records as readable JSON with a final newline."""
     text = json.dumps(
@@ -135,20 +253,5 @@ def to_json_line(value: object) -> bytes:
     return text.encode() + b"\n"
 
 
-def remove_temporaries(folders: Iterable[Path]) -> None:
-    """Delete temporary files of killed writers in these folders."""
-    for folder in folders:
-        for leftover in folder.glob(".*.tmp*"):
-            if leftover.is_dir():
-                shutil.rmtree(leftover, ignore_errors=True)
-            else:
-                leftover.unlink(missing_ok=True)
-
-
 def _encoded(data: bytes | str) -> bytes:
     return data.encode() if isinstance(data, str) else data
-
-
-def _sync(path: Path) -> None:
-    with path.open("rb") as file:
-        os.fsync(file.fileno())

@@ -2,10 +2,8 @@
 
 import signal
 import sys
-import threading
 from collections.abc import Generator
-from contextlib import contextmanager
-from types import FrameType
+from contextlib import contextmanager, suppress
 from typing import Self
 
 from rich.console import Console, RenderableType
@@ -19,7 +17,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from touchdown.core import notebook
+from touchdown.core import notebook, processes
 from touchdown.core.errors import Interrupted
 
 
@@ -49,7 +47,7 @@ def clock(seconds: float) -> str:
 
 
 class StopSignal:
-    """Whether the user has asked to stop, by Ctrl-C or SIGTERM."""
+    """Whether the user has asked to stop, by Ctrl-C, SIGTERM or a closed terminal."""
 
     def __init__(self) -> None:
         self.requested = False
@@ -70,27 +68,21 @@ class StopSignal:
 
 @contextmanager
 def stop_on_signals(console: Console) -> Generator[StopSignal]:
-    """Within the block, the first Ctrl-C or SIGTERM requests a stop; a second Ctrl-C forces it.
+    """Within the block, Ctrl-C, SIGTERM or SIGHUP requests a stop; a second Ctrl-C forces it.
 
-    Only the main thread catches signals, as Python delivers them only to it.
+    Only the main thread catches signals.
     """
     stop = StopSignal()
-    if threading.current_thread() is not threading.main_thread():
-        yield stop
-        return
 
-    def handle(number: int, _frame: FrameType | None) -> None:
+    def handle(number: int) -> None:
         if stop.requested and number == signal.SIGINT:
             raise KeyboardInterrupt
         stop.requested = True
-        console.print("saving, then stopping (press Ctrl-C again to stop immediately)")
+        with suppress(OSError):  # saving matters more than saying so
+            console.print("saving, then stopping (press Ctrl-C again to stop immediately)")
 
-    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
+    with processes.stopping(handle):
         yield stop
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 class View:

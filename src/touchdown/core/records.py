@@ -89,13 +89,27 @@ def decode_json(path: Path, kind: type[Record], version: int | None = None) -> R
     """
     data = reading.read_bytes(path, limits.RECORD_BYTES)
     if version is not None:
-        found = decode(data, _Versioned, path).format_version
-        if found != version or isinstance(found, bool):
-            raise UserError(
-                f"{path}: format_version = {found!r}: must be {version} "
-                "in this version of touchdown"
-            )
+        check_version(data, (version,), path)
     return decode(data, kind, path)
+
+
+def check_version(data: bytes, readable: Sequence[int], where: object) -> None:
+    """Refuse JSON whose `format_version` this version of touchdown cannot read.
+
+    Args:
+        data: the text.
+        readable: the versions that can be read.
+        where: source named in error messages, such as the file's path.
+
+    Raises:
+        UserError: the text is not JSON, or its `format_version` is another.
+    """
+    found = decode(data, _Versioned, where).format_version
+    if found not in readable or isinstance(found, bool):
+        raise UserError(
+            f"{where}: format_version = {found!r}: must be {' or '.join(map(str, readable))} "
+            "in this version of touchdown"
+        )
 
 
 def decode_jsonl(path: Path, kind: type[Record]) -> list[Record]:

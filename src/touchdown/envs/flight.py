@@ -10,7 +10,6 @@ import msgspec
 import numpy as np
 from msgspec import Meta, Struct
 from numpy.typing import NDArray
-from safetensors.numpy import save
 
 from touchdown.core import files, notebook, records
 from touchdown.core.errors import UserError, one_line
@@ -129,7 +128,7 @@ def save_flights(path: Path, flights: Sequence[Flight]) -> None:
         "flights": json.dumps(msgspec.to_builtins(facts)),
     }
     with files.refusing(str(path)):
-        files.write_atomic(path, save(tensors, metadata))
+        files.write_atomic(path, files.to_safetensors(tensors, metadata))
 
 
 def load_flights(path: Path) -> list[Flight]:

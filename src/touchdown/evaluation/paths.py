@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from safetensors.numpy import save
 
 from touchdown.core import files
 from touchdown.core.errors import UserError
@@ -58,7 +57,7 @@ def save_paths(path: Path, paths: FlightPaths) -> None:
     tensors = {str(start): points for start, points in paths.items()}
     metadata = {"format_version": str(FORMAT_VERSION), "starts": json.dumps(list(paths))}
     with files.refusing(str(path)):
-        files.write_atomic(path, save(tensors, metadata))
+        files.write_atomic(path, files.to_safetensors(tensors, metadata))
 
 
 def load_paths(path: Path) -> FlightPaths:

@@ -75,6 +75,7 @@ def write_export(source: Source, file_format: Format, out: Path | None = None) -
             (temporary / each).write_bytes(data)
 
     with files.refusing(f"out {str(folder)!r}"):
+        files.make_folder(folder.parent)
         files.write_folder_atomic(folder, fill)
     return Export(folder, tuple(folder / each for each in content), agreement)
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from touchdown.core.types import FloatArray
 from touchdown.lander._engine import HELIPAD, Batch
 from touchdown.lander.rules import BEGIN, OBSERVATION_SIZE
+from touchdown.lander.snapshots import seal, unseal
 from touchdown.lander.space import (
     LanderStates,
     action_space,
@@ -22,7 +23,7 @@ from touchdown.lander.space import (
 from touchdown.lander.stock import FPS
 
 _MAGIC = b"TDSINGLE"
-_SNAPSHOT = struct.Struct("<8sq")  # header before the engine's part, which has a checksum
+_CLOCK = struct.Struct("<q")  # the step count, before the engine's part
 _BEGIN = np.array([BEGIN], np.uint8)
 
 
@@ -124,7 +125,7 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
 
     def snapshot(self) -> bytes:
         """The complete state, including the random generator and the step count."""
-        return _SNAPSHOT.pack(_MAGIC, self._steps) + self._batch.snapshot(0)
+        return seal(_MAGIC, _CLOCK.pack(self._steps) + self._batch.snapshot(0))
 
     def restore(self, snapshot: bytes) -> None:
         """Continue from a snapshot.
@@ -132,12 +133,11 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
         Raises:
             ValueError: the bytes are not a snapshot of an environment with these settings.
         """
-        if snapshot[: len(_MAGIC)] != _MAGIC or len(snapshot) < _SNAPSHOT.size:
-            raise ValueError("not a snapshot of a lander")
-        _, steps = _SNAPSHOT.unpack_from(snapshot)
+        content = unseal(_MAGIC, snapshot, "a lander")
+        (steps,) = _CLOCK.unpack_from(content)
         if steps < 0:
             raise ValueError(f"the snapshot is damaged: it has {steps} steps")
-        self._batch.restore(0, snapshot[_SNAPSHOT.size :])
+        self._batch.restore(0, content[_CLOCK.size :])
         self._steps = steps
 
     def _advance(self, task: NDArray[np.uint8] | None) -> FloatArray:

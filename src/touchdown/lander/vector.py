@@ -1,5 +1,6 @@
 """Many landers on the exact engine, behind Gymnasium's interface."""
 
+import struct
 from collections.abc import Sequence
 from typing import Any, NamedTuple, Self, cast
 
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from touchdown.core.types import FloatArray
 from touchdown.lander._engine import Batch
 from touchdown.lander.rules import BEGIN, MAX_EPISODE_STEPS, NOTHING, OBSERVATION_SIZE, STEP
+from touchdown.lander.snapshots import seal, unseal
 from touchdown.lander.space import (
     LanderStates,
     action_space,
@@ -23,7 +25,7 @@ from touchdown.lander.space import (
 from touchdown.lander.stock import FPS
 
 _SNAPSHOT_MAGIC = b"TDVECTOR"
-_SNAPSHOT_VERSION = 1
+_CLOCK = struct.Struct("<qq")  # the step count, and whether the episode has ended
 
 
 class StepArrays(NamedTuple):
@@ -202,9 +204,9 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
 
     def snapshot(self, index: int) -> bytes:
         """The complete state of one environment: physics, generator, step count, observation."""
-        header = _SNAPSHOT_MAGIC + _SNAPSHOT_VERSION.to_bytes(4, "little")
-        clock = np.array([self._steps[index], self._ended[index]], "<i8").tobytes()
-        return header + clock + self._observations[index].tobytes() + self._batch.snapshot(index)
+        clock = _CLOCK.pack(int(self._steps[index]), int(self._ended[index]))
+        content = clock + self._observations[index].tobytes() + self._batch.snapshot(index)
+        return seal(_SNAPSHOT_MAGIC, content)
 
     def restore(self, index: int, snapshot: bytes) -> None:
         """Continue one environment from a snapshot; nothing changes if the snapshot is refused.
@@ -212,21 +214,15 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
         Raises:
             ValueError: the bytes are not a snapshot of an environment with these settings.
         """
-        magic, version = snapshot[:8], int.from_bytes(snapshot[8:12], "little")
-        if magic != _SNAPSHOT_MAGIC:
-            raise ValueError("not a snapshot of a vector environment's lander")
-        if version != _SNAPSHOT_VERSION:
-            raise ValueError(f"snapshot version {version}: must be {_SNAPSHOT_VERSION}")
-        clock, observation = snapshot[12:28], snapshot[28:60]
-        if len(observation) < OBSERVATION_SIZE * 4:
-            raise ValueError("too short for a snapshot")
-        steps, ended = np.frombuffer(clock, "<i8")
+        content = unseal(_SNAPSHOT_MAGIC, snapshot, "a vector environment's lander")
+        steps, ended = _CLOCK.unpack_from(content)
         if not 0 <= steps <= self._limit or ended not in (0, 1):
             raise ValueError(f"the snapshot is damaged: {steps} of at most {self._limit} steps")
-        self._batch.restore(index, snapshot[60:])
+        physics = _CLOCK.size + OBSERVATION_SIZE * 4
+        self._batch.restore(index, content[physics:])
         self._steps[index] = steps
         self._ended[index] = bool(ended)
-        self._observations[index] = np.frombuffer(observation, np.float32)
+        self._observations[index] = np.frombuffer(content[_CLOCK.size : physics], np.float32)
 
     def copy_state(self, index: int, to: Sequence[int]) -> None:
         """Copy the state of one environment to others: physics, generator and step count.

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
-from safetensors.numpy import save
 
 from touchdown.agents import registry
 from touchdown.agents.networks import QNetwork, make_network
@@ -75,7 +74,7 @@ def save_weights(
         "seed": str(config.seed),
         "facts": json.dumps(msgspec.to_builtins(facts)),
     }
-    files.write_atomic(path, save(weights, metadata))
+    files.write_atomic(path, files.to_safetensors(weights, metadata))
 
 
 class Weights(NamedTuple):

@@ -120,7 +120,7 @@ def create(runs_dir: Path, config: Config, name: str | None = None) -> RunFolder
         folder.config_file.write_text(toml.to_toml(config), "utf-8")
 
     with files.refusing(f"runs_dir {str(runs_dir)!r}"):
-        runs_dir.mkdir(parents=True, exist_ok=True)
+        files.make_folder(runs_dir)
         path, number = runs_dir / (name or default), 1
         while True:
             try:

@@ -2,7 +2,6 @@
 
 import dataclasses
 import multiprocessing
-import signal
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -13,7 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from touchdown.config.config import Config
-from touchdown.core import device, plugins, records, threads
+from touchdown.core import device, plugins, processes, records, threads
 from touchdown.core.errors import Interrupted, UserError
 from touchdown.core.starts import VALIDATION_STARTS
 from touchdown.evaluation.evaluator import Evaluator
@@ -217,8 +216,7 @@ def _measure_all(configs: Sequence[Config], workers: int) -> Iterator[_Pace]:
         ProcessPoolExecutor(
             min(workers, len(configs)),
             mp_context=context,
-            initializer=signal.signal,
-            initargs=(signal.SIGINT, signal.SIG_IGN),  # the parent handles Ctrl-C
+            initializer=processes.leave_stopping_to_the_parent,
         ) as pool,
     ):
         yield from pool.map(_measure, configs)

@@ -188,8 +188,11 @@ class _LocalRun:
             if each.job is None and self._waiting:
                 job = self._waiting.popleft()
                 self._attempts.begin(job)
-                each.give(job)
                 self._on_event(Event(job.digest, "started"))
+                try:
+                    each.give(job)
+                except OSError:  # it was killed while it waited
+                    self._replace(each)
         for each, message in self._received():
             if message is None:
                 self._replace(each)

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from touchdown.studies import store as stores
 from touchdown.studies.executors import Event, Executor
 from touchdown.studies.job import NOT_STARTED, Job, JobProgress
 from touchdown.studies.plan import Study
@@ -46,7 +45,7 @@ def run_jobs(
     on_state: Callable[[State, Event], object] = lambda _state, _event: None,
     should_stop: Callable[[], bool] = lambda: False,
 ) -> State:
-    """Run the missing jobs.
+    """Run the missing jobs; the caller holds the store (`stores.held`).
 
     Args:
         jobs: all jobs, done or not.
@@ -60,28 +59,27 @@ def run_jobs(
 
     Raises:
         Interrupted: `should_stop` returned True.
-        UserError: another process is running jobs there, or nothing can be written.
+        UserError: nothing can be written.
     """
-    with stores.held(store):
-        missing = store.missing(jobs)
-        total = len({job.digest for job in jobs})
-        state = State(total, total - len(missing))
+    missing = store.missing(jobs)
+    total = len({job.digest for job in jobs})
+    state = State(total, total - len(missing))
 
-        def hear(event: Event) -> None:
-            if event.kind == "started":
-                store.forget_failure(event.digest)
-                state.running[event.digest] = NOT_STARTED
-            elif event.kind == "advanced":
-                state.running[event.digest] = event.progress
-            else:
-                state.running.pop(event.digest, None)
-                state.done += event.kind == "done"
-                state.died += event.kind == "died"
-                if event.kind == "failed":
-                    state.failed[event.digest] = event.text
-                    store.note_failure(event.digest, event.text)
-            on_state(state, event)
+    def hear(event: Event) -> None:
+        if event.kind == "started":
+            store.forget_failure(event.digest)
+            state.running[event.digest] = NOT_STARTED
+        elif event.kind == "advanced":
+            state.running[event.digest] = event.progress
+        else:
+            state.running.pop(event.digest, None)
+            state.done += event.kind == "done"
+            state.died += event.kind == "died"
+            if event.kind == "failed":
+                state.failed[event.digest] = event.text
+                store.note_failure(event.digest, event.text)
+        on_state(state, event)
 
-        if missing:
-            executor.run(missing, store.runs, hear, should_stop)
-        return state
+    if missing:
+        executor.run(missing, store.runs, hear, should_stop)
+    return state

@@ -2,13 +2,16 @@
 
 import dataclasses
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import optuna
+import sqlalchemy
+import sqlalchemy.exc
 
 from touchdown.config import toml
 from touchdown.config.config import Config
@@ -23,6 +26,8 @@ from touchdown.studies.store import Store
 from touchdown.studies.work import TrainJob
 
 _STARTUP = 5  # trials before median pruning begins
+_PATIENCE = 60.0  # seconds to wait for a SQLite file that another process has locked
+_OF_STORAGES = (optuna.exceptions.OptunaError, sqlalchemy.exc.SQLAlchemyError, ImportError)
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,20 +117,50 @@ def open_study(url: str, name: str, seed: int) -> optuna.Study:
         seed: seed of the sampler.
 
     Raises:
-        UserError: the storage cannot be reached, or contains something else.
+        UserError: the storage cannot be reached, contains something else, or would be lost when
+            this process ends.
     """
     optuna.logging.set_verbosity(optuna.logging.ERROR)
-    try:
+    with storage_errors(url):
+        parts = sqlalchemy.make_url(url)
+        if parts.get_backend_name() == "sqlite" and parts.database in (None, "", ":memory:"):
+            raise UserError(
+                f"storage = {url!r}: must name a file, such as sqlite:///search.sqlite3, because "
+                "a database in memory is lost at the end"
+            )
+        # another process may hold SQLite's lock for a while
+        wait = {"timeout": _PATIENCE} if parts.get_backend_name() == "sqlite" else {}
         return optuna.create_study(
             study_name=name,
-            storage=url,
+            storage=optuna.storages.RDBStorage(url, engine_kwargs={"connect_args": wait}),
             load_if_exists=True,
             direction="maximize",
             sampler=optuna.samplers.TPESampler(seed=seed),
             pruner=optuna.pruners.MedianPruner(n_startup_trials=_STARTUP, n_warmup_steps=0),
         )
-    except Exception as error:  # noqa: BLE001 - each database raises its own errors
-        raise UserError(f"storage = {url!r}: cannot be opened: {one_line(error)[:200]}") from None
+
+
+@contextmanager
+def storage_errors(url: str) -> Generator[None]:
+    """Turn an error of a storage in the block into one line without the storage's password.
+
+    Args:
+        url: Optuna's storage.
+
+    Raises:
+        UserError: the storage raised an error inside.
+    """
+    try:
+        yield
+    except _OF_STORAGES as error:
+        cause = getattr(error.__cause__, "orig", None) or error.__cause__ or error
+        shown, said = url, one_line(cause)[:200]
+        with suppress(sqlalchemy.exc.ArgumentError):
+            parts = sqlalchemy.make_url(url)
+            shown = parts.render_as_string(hide_password=True)
+            for secret in filter(None, (url, str(parts.password or ""))):
+                said = said.replace(secret, "***")
+        raise UserError(f"storage = {shown!r}: cannot be used: {said}") from None
 
 
 def search(

@@ -9,7 +9,7 @@ from typing import Annotated, Literal, TypeVar
 
 from msgspec import Meta, Struct
 
-from touchdown.core import files, reading, records
+from touchdown.core import files, reading, records, temporaries
 from touchdown.core.errors import UserError, one_line
 from touchdown.studies import study_file
 from touchdown.studies.job import Job
@@ -73,7 +73,7 @@ class Store:
 
     def note_failure(self, digest: str, reason: str) -> None:
         """Record why a job failed."""
-        self.failures.mkdir(exist_ok=True)
+        files.make_folder(self.failures)
         files.write_atomic(self.failures / f"{digest}.json", files.to_json(_Failure(reason)))
 
     def forget_failure(self, digest: str) -> None:
@@ -97,23 +97,35 @@ def open_store(path: Path, *, make: bool = False) -> Store:
             records.decode_json(mark, _Mark, FORMAT_VERSION)
         except UserError as error:
             raise UserError(f"{error}; choose another --results-dir") from None
-        return Store(path)
-    if not make:
+    elif not make:
         raise UserError(
             f"results_dir {str(path)!r}: has no studies; `touchdown study run` starts one"
         )
+    elif not _can_become_store(path):
+        raise UserError(
+            f"results_dir {str(path)!r}: contains other files; choose an empty or new folder"
+        )
+    store = Store(path)
+    if make:
+        with files.refusing(f"results_dir {str(path)!r}"):
+            files.make_folder(path)
+            # first, so that a folder that was only half made is known as a results folder
+            if not mark.is_file():
+                files.write_atomic(mark, files.to_json(_Mark()))
+            files.make_folder(store.runs)
+    return store
+
+
+def _can_become_store(path: Path) -> bool:
+    """Whether a path is free, or a folder that is empty but for what an earlier start left."""
     try:
-        if path.exists() and (not path.is_dir() or any(path.iterdir())):
-            raise UserError(
-                f"results_dir {str(path)!r}: contains other files; choose an empty or new folder"
-            )
+        if not path.exists():
+            return True
+        found = [each for each in path.iterdir() if not temporaries.is_temporary(each)]
+        # former versions began with this folder
+        return all(each.name == "runs" and not any(each.iterdir()) for each in found)
     except OSError as error:
         raise UserError(f"results_dir {str(path)!r}: cannot be read: {one_line(error)}") from None
-    with files.refusing(f"results_dir {str(path)!r}"):
-        path.mkdir(parents=True, exist_ok=True)
-        (path / "runs").mkdir(exist_ok=True)
-        files.write_atomic(mark, files.to_json(_Mark()))
-    return Store(path)
 
 
 @contextmanager
@@ -162,7 +174,7 @@ def note_started(store: Store, study: StartedStudy) -> None:
     folder = store.path / "begun"
     content = _BegunFile(study.scale, study.seeds, study.file)
     with files.refusing(str(folder)):
-        folder.mkdir(exist_ok=True)
+        files.make_folder(folder)
         files.write_atomic(folder / f"{study.name}.json", files.to_json(content))
 
 
@@ -182,22 +194,26 @@ def keep(store: Store, study: Study) -> Path:
     """
     path = kept_file(store, study)
     with files.refusing(str(path)):
-        path.parent.mkdir(exist_ok=True)
+        files.make_folder(path.parent)
         files.write_atomic(path, study_file.to_toml(study))
     return path
 
 
-def list_started(store: Store) -> list[StartedStudy]:
-    """Every study that was started in a results folder, by name.
+def list_started(store: Store) -> list[str]:
+    """The name of every study that was started in a results folder."""
+    return sorted(path.stem for path in (store.path / "begun").glob("*.json"))
+
+
+def read_started(store: Store, name: str) -> StartedStudy | None:
+    """How a study was last started; None if it was not started in this results folder.
 
     Raises:
-        UserError: a record is broken.
+        UserError: the record is broken.
     """
-    return [_read_begun(path) for path in sorted((store.path / "begun").glob("*.json"))]
-
-
-def _read_begun(path: Path) -> StartedStudy:
+    path = store.path / "begun" / f"{name}.json"
+    if not path.is_file():
+        return None
     found = records.decode_json(path, _BegunFile)
     kept = path.with_suffix(".toml")
     file = str(kept) if found.file is None and kept.is_file() else found.file
-    return StartedStudy(path.stem, found.scale, found.seeds, file)
+    return StartedStudy(name, found.scale, found.seeds, file)

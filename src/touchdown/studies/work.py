@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import sys
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import asdict, dataclass
@@ -25,7 +26,8 @@ from touchdown.runs.folder import RunFolder
 from touchdown.runs.run import Run
 from touchdown.studies.job import JobProgress
 from touchdown.studies.tuners import Tuning, tune
-from touchdown.training import finish
+from touchdown.training import checkpoint, finish
+from touchdown.training.checkpoint import DamagedError
 from touchdown.training.trainer import Trainer
 
 LAST = finish.LAST
@@ -80,18 +82,35 @@ class TrainJob:
             return
         if not folder.config_file.is_file():
             folders.create(store, self.config, self.digest)
-        with closing(
-            Trainer(
-                folder,
-                should_stop=should_stop,
-                on_status=lambda s: on_progress(JobProgress(s.share_done, s.recent_return)),
-            )
-        ) as trainer:
+        with closing(_trainer(folder, should_stop, on_progress)) as trainer:
             trainer.run()
             last = NamedPolicy(f"{folder.name}, last", trainer.last_policy, self.config.env_id)
             _test(run, last, should_stop)
         config = self.config
         finish.save_curve(run, f"{config.preset}, seed {config.seed}, on {config.env_id}")
+
+
+def _trainer(
+    folder: RunFolder,
+    should_stop: Callable[[], bool],
+    on_progress: Callable[[JobProgress], object],
+) -> Trainer:
+    """The trainer of a run; a run that was damaged, as by a power loss, starts anew."""
+
+    def trainer() -> Trainer:
+        return Trainer(
+            folder,
+            should_stop=should_stop,
+            on_status=lambda s: on_progress(JobProgress(s.share_done, s.recent_return)),
+        )
+
+    try:
+        return trainer()
+    except DamagedError as error:
+        sys.stderr.write(f"{error}; the run starts anew\n")
+    with folders.lock(folder):
+        checkpoint.remove_checkpoints(folder.checkpoints)
+    return trainer()
 
 
 def _test(run: Run, last: NamedPolicy | None, should_stop: Callable[[], bool]) -> None:

@@ -1,5 +1,6 @@
 """A worker process: runs one job after the other until its parent process ends."""
 
+import errno
 import faulthandler
 import os
 import queue
@@ -8,11 +9,13 @@ import sys
 import threading
 import time
 import traceback
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Literal
 
+from touchdown.core import processes
 from touchdown.core.errors import Interrupted, UserError, one_line
 from touchdown.studies.job import NOT_STARTED, Job, JobProgress
 
@@ -59,6 +62,8 @@ def attempt(job: Job, store: Path, stop: Any, tell: Any) -> Message:
         tell: called with progress messages.
     """
     try:
+        if not store.is_dir():  # moved or deleted: nothing is created in its former place
+            raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(store))
         job.perform(store, stop, Reporter(tell))
     except Interrupted:
         return Message("stopped")
@@ -75,7 +80,7 @@ def attempt(job: Job, store: Path, stop: Any, tell: Any) -> Message:
 
 def main(connection: Connection, store: Path) -> None:
     """Do the jobs that arrive and report on them, until the sending process ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches us too; the sender handles it
+    processes.leave_stopping_to_the_parent()
     faulthandler.enable()
     jobs: queue.SimpleQueue[Job] = queue.SimpleQueue()
     stop = threading.Event()
@@ -86,8 +91,7 @@ def main(connection: Connection, store: Path) -> None:
             try:
                 message = connection.recv()
             except (EOFError, OSError):
-                # the parent may have been killed, and another may soon start the same job
-                os._exit(1)
+                os._exit(1)  # the parent has ended
             if message is None:
                 stop.set()
             else:
@@ -97,18 +101,20 @@ def main(connection: Connection, store: Path) -> None:
     while True:
         job = jobs.get()
         log = log_of(store, job)
-        _write_to(log)
+        with suppress(OSError):  # without the log, the job still says why it fails
+            _write_to(log)
         message = attempt(job, store, stop.is_set, connection.send)
-        sys.stdout.flush()
-        sys.stderr.flush()
-        if message.kind == "done" and not log.stat().st_size:
-            log.unlink()
+        with suppress(OSError):
+            sys.stdout.flush()
+            sys.stderr.flush()
+            if message.kind == "done" and not log.stat().st_size:
+                log.unlink()
         connection.send(message)
 
 
 def _write_to(log: Path) -> None:
     """Redirect all further output, from any library, to a file."""
-    log.parent.mkdir(parents=True, exist_ok=True)
+    log.parent.mkdir(exist_ok=True)
     sys.stdout.flush()
     sys.stderr.flush()
     file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)

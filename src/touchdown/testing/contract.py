@@ -28,6 +28,7 @@ from touchdown.envs.episodes import Underway
 from touchdown.envs.pool import StockEnvPool
 from touchdown.testing.chain import Chain
 from touchdown.training.checkpoint import Progress, restore_checkpoint, save_checkpoint
+from touchdown.training.loggers import Saved
 from touchdown.training.loop import AgentStep, begin, interact
 from touchdown.training.resume import replay_episodes
 
@@ -170,7 +171,7 @@ def _check_resumes(config: Config) -> None:
     _run(loop, _BEFORE)
     resumed = _set_up(config)
     with tempfile.TemporaryDirectory() as folder:
-        progress = Progress(record_sizes=_RECORD_SIZES)
+        progress = Progress(records=Saved(_RECORD_SIZES))
         path = save_checkpoint(
             Path(folder), config.digest, setup.agent, setup.streams, progress, underway.episodes()
         )

@@ -2,13 +2,13 @@
 
 import hashlib
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-from safetensors.numpy import save
 
 from touchdown.agents.agent import Agent
 from touchdown.config.checks import is_plain_name
@@ -17,15 +17,22 @@ from touchdown.core.errors import UserError, one_line
 from touchdown.core.seeding import Streams
 from touchdown.core.types import Tensors
 from touchdown.envs.episodes import Episode
+from touchdown.training.loggers import Saved
 from touchdown.training.state import (
     FORMAT_VERSION,
+    READABLE,
     CandidateState,
     CheckpointState,
     GeneratorState,
     Solved,
 )
 
+_STATE, _STATE_SUM = "state.json", "state.sha256"
 _OWN_GROUPS = ("finalists", "underway")  # in addition to the agent's
+
+
+class DamagedError(UserError):
+    """A checkpoint, or a record that it names, is not as it was written."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +61,8 @@ class Progress:
     """After a restore: the unfinished episode of each environment. Environments are deterministic,
     so repeating the actions leads to the same state."""
     candidates: list[Candidate] = field(default_factory=list[Candidate])
-    record_sizes: dict[str, int] = field(default_factory=dict[str, int])
+    records: Saved = field(default_factory=Saved)
+    """How much of each record belongs to this progress."""
 
 
 def save_checkpoint(
@@ -83,7 +91,7 @@ def save_checkpoint(
     def write(temporary: Path) -> None:
         digests: dict[str, str] = {}
         for name, group in tensors.items():
-            data = save(group)
+            data = files.to_safetensors(group)
             digests[name] = hashlib.sha256(data).hexdigest()
             (temporary / f"{name}.safetensors").write_bytes(data)
         state = CheckpointState(
@@ -104,10 +112,15 @@ def save_checkpoint(
             streams={
                 name: GeneratorState.of(generator) for name, generator in streams._asdict().items()
             },
-            record_sizes=progress.record_sizes,
+            record_sizes=progress.records.sizes,
+            record_sha256=progress.records.sha256,
             sha256=digests,
         )
-        (temporary / "state.json").write_text(files.to_json(state), "utf-8")
+        data = files.to_json(state).encode()
+        (temporary / _STATE).write_bytes(data)
+        # in the format of the program sha256sum
+        line = f"{hashlib.sha256(data).hexdigest()}  {_STATE}\n"
+        (temporary / _STATE_SUM).write_text(line, "utf-8")
 
     files.write_folder_atomic(path, write)
     for older in _checkpoints(folder):
@@ -117,25 +130,69 @@ def save_checkpoint(
 
 
 def newest_checkpoint(folder: Path) -> Path | None:
-    """The checkpoint that a run resumes from, or None."""
+    """The checkpoint that was written last, or None."""
     return max(_checkpoints(folder), default=None)
+
+
+def restore_newest(folder: Path, digest: str, agent: Agent, streams: Streams) -> Progress | None:
+    """Restore the newest checkpoint that is whole into a fresh agent and its random streams.
+
+    Args:
+        folder: the folder of a run's checkpoints, which is in the folder of its records.
+        digest: digest of the run's config.
+        agent: a fresh agent.
+        streams: the run's random streams.
+
+    Returns:
+        The run's progress; None if there are no checkpoints.
+
+    Raises:
+        DamagedError: there are checkpoints, but none is whole.
+        UserError: the checkpoint is from another config or version.
+    """
+    damage: DamagedError | None = None
+    for path in sorted(_checkpoints(folder), reverse=True):
+        try:
+            return restore_checkpoint(path, digest, agent, streams)
+        except DamagedError as error:
+            damage = damage or error
+    if damage is not None:
+        raise damage
+    return None
+
+
+def remove_checkpoints(folder: Path) -> None:
+    """Delete all checkpoints of a run, so that its training starts again."""
+    for path in _checkpoints(folder):
+        shutil.rmtree(path)
 
 
 def restore_checkpoint(path: Path, digest: str, agent: Agent, streams: Streams) -> Progress:
     """Restore a checkpoint into a fresh agent and its random streams.
 
     Raises:
-        UserError: the checkpoint is truncated, altered, or from another config or version.
+        DamagedError: the checkpoint is truncated or altered, or the records that it names are;
+            the agent and the streams are as before.
+        UserError: the checkpoint is from another config or version.
     """
-    state = records.decode_json(path / "state.json", CheckpointState, FORMAT_VERSION)
+    with _as_damage():
+        data, confirmed = _read_state(path)
+    records.check_version(data, READABLE, path / _STATE)
+    with _as_damage():
+        state = records.decode(data, CheckpointState, path / _STATE)
+        if state.format_version == FORMAT_VERSION and not confirmed:
+            raise UserError(f"{path / _STATE_SUM}: missing")
     if state.config_digest != digest:
         raise UserError(
             f"{path}: config_digest = {state.config_digest!r}: must be {digest!r}, as in this run"
         )
-    groups = {
-        name: files.read_tensors(path / f"{name}.safetensors", sha256)[0]
-        for name, sha256 in state.sha256.items()
-    }
+    with _as_damage():
+        groups = {
+            name: files.read_tensors(path / f"{name}.safetensors", sha256)[0]
+            for name, sha256 in state.sha256.items()
+        }
+        saved = Saved(state.record_sizes, state.record_sha256)
+        saved.check(path.parent.parent)
     try:
         agent.restore({**state.agent, **groups})
         for name, generator in streams._asdict().items():
@@ -150,10 +207,36 @@ def restore_checkpoint(path: Path, digest: str, agent: Agent, streams: Streams) 
             solved=state.solved,
             underway=_underway_from(state.underway, groups["underway"]),
             candidates=_candidates_from(state.candidates, groups["finalists"]),
-            record_sizes=state.record_sizes,
+            records=saved,
         )
     except (KeyError, TypeError, ValueError) as error:
         raise UserError(f"{path}: not a checkpoint of this run: {one_line(error)}") from None
+
+
+@contextmanager
+def _as_damage() -> Generator[None]:
+    try:
+        yield
+    except UserError as error:
+        raise DamagedError(str(error)) from None
+
+
+def _read_state(path: Path) -> tuple[bytes, bool]:
+    """The bytes of `state.json`, and whether a recorded SHA-256 confirms them.
+
+    Raises:
+        UserError: they cannot be read, or have another SHA-256.
+    """
+    state, recorded = path / _STATE, path / _STATE_SUM
+    try:
+        data = state.read_bytes()
+        known = recorded.read_bytes().split() if recorded.exists() else None
+    except OSError as error:
+        raise UserError(f"{state}: cannot be read: {one_line(error)}") from None
+    wanted = [hashlib.sha256(data).hexdigest().encode(), _STATE.encode()]
+    if known is not None and known != wanted:
+        raise UserError(f"{state}: altered since it was written (its SHA-256 differs)")
+    return data, known is not None
 
 
 def _parts(state: Mapping[str, Any]) -> tuple[dict[str, Tensors], dict[str, Any]]:

@@ -3,8 +3,12 @@
 A logger is a `Listener`: an object with `log(step, scalars)` and `close()`.
 """
 
+import hashlib
+import os
+import sys
 import time
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
@@ -13,10 +17,43 @@ from tensorboardX.proto import event_pb2
 from tensorboardX.summary import scalar  # pyright: ignore[reportUnknownVariableType]
 
 from touchdown.core import files, reading
+from touchdown.core.errors import UserError
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.rows import EpisodeRow, UpdateRow, ValidationRow
 
 _EVENTS = "events.out.tfevents.*"
+
+
+@dataclass(frozen=True, slots=True)
+class Saved:
+    """How much of each of a run's records a checkpoint names."""
+
+    sizes: dict[str, int] = field(default_factory=dict[str, int])
+    """Size of each record in bytes, by file name."""
+    sha256: dict[str, str] = field(default_factory=dict[str, str])
+    """SHA-256 of these bytes of each JSON Lines record, by file name; TensorBoard's events are
+    only a copy."""
+
+    def check(self, folder: Path) -> None:
+        """Refuse records that are shorter or other than when they were saved.
+
+        Args:
+            folder: the run's folder.
+
+        Raises:
+            UserError: a JSON Lines record was altered, or cannot be read.
+        """
+        for name, size in self.sizes.items():
+            if not name.endswith(".jsonl"):
+                continue
+            path = folder / name
+            data = files.read_bytes(path, sys.maxsize)[:size] if path.exists() else b""
+            if len(data) < size:
+                raise UserError(f"{path}: altered; it is shorter than its checkpoint says")
+            if name in self.sha256 and hashlib.sha256(data).hexdigest() != self.sha256[name]:
+                raise UserError(
+                    f"{path}: altered since its checkpoint was written (its SHA-256 differs)"
+                )
 
 
 class JsonLinesLogger:
@@ -87,18 +124,24 @@ class Recorder:
         folder: the run's folder.
         sizes: size of each record in bytes at the checkpoint that the run resumes from. Later bytes
             are removed, because training writes them again. Empty for a new run.
+
+    Raises:
+        OSError: a record cannot be written.
     """
 
     def __init__(self, folder: RunFolder, sizes: Mapping[str, int]) -> None:
         self._folder = folder.path
         events_kept = _cut_events(folder.path, sizes)
         self._lines: dict[str, BinaryIO] = {}
+        self._hashes: dict[str, Any] = {}
         for path in (folder.episodes, folder.updates, folder.validations):
             reading.check_appendable(path)
             file = path.open("ab")
             file.truncate(sizes.get(path.name, 0))
             file.seek(0, 2)
             self._lines[path.name] = file
+            self._hashes[path.name] = hashlib.sha256(path.read_bytes())
+        files.sync(folder.path)  # the names of new files
         # the suffix prevents a run that resumes within a second from overwriting its own file
         self._events = TensorBoardLogger(folder.path, f".{events_kept}")
 
@@ -110,19 +153,30 @@ class Recorder:
             row: the line.
         """
         file = self._lines[path.name]
-        file.write(files.to_json_line(row.to_json() if isinstance(row, UpdateRow) else row))
+        line = files.to_json_line(row.to_json() if isinstance(row, UpdateRow) else row)
+        self._hashes[path.name].update(line)
+        file.write(line)
         file.flush()
 
     def log(self, step: int, scalars: Mapping[str, float]) -> None:
         """Write scalars for TensorBoard."""
         self._events.log(step, scalars)
 
-    def sizes(self) -> dict[str, int]:
-        """Bytes written to each record so far, flushed, for a checkpoint."""
+    def saved(self) -> Saved:
+        """What was written to each record so far, now flushed to the disk, for a checkpoint.
+
+        Raises:
+            OSError: it cannot be flushed.
+        """
         self._events.flush()
+        for file in self._lines.values():
+            os.fsync(file.fileno())
         paths = [self._folder / name for name in self._lines]
         paths += self._folder.glob(_EVENTS)
-        return {path.name: path.stat().st_size for path in paths}
+        return Saved(
+            {path.name: path.stat().st_size for path in paths},
+            {name: of.hexdigest() for name, of in self._hashes.items()},
+        )
 
     def close(self) -> None:
         """Flush and close."""
@@ -136,7 +190,7 @@ def _cut_events(folder: Path, sizes: Mapping[str, int]) -> int:
     for path in sorted(folder.glob(_EVENTS)):
         if path.name in sizes:
             with path.open("ab") as file:
-                file.truncate(sizes[path.name])
+                file.truncate(min(sizes[path.name], path.stat().st_size))
             kept += 1
         else:
             path.unlink()

@@ -8,7 +8,9 @@ from numpy.random import Generator
 
 from touchdown.core.records import Count, Seconds
 
-FORMAT_VERSION = 3
+FORMAT_VERSION = 4
+READABLE = (3, FORMAT_VERSION)
+"""Version 3 has no digests of `state.json` and of the records."""
 _STORED = {"env_steps": "observations", "candidates": "finalists"}  # names in the file
 _RECORDS = ("episodes.jsonl", "updates.jsonl", "validations.jsonl")
 
@@ -71,7 +73,7 @@ class GeneratorState(Struct, frozen=True):
 class CheckpointState(Struct, frozen=True, kw_only=True, rename=_STORED):
     """`state.json`."""
 
-    format_version: Literal[3] = FORMAT_VERSION
+    format_version: Literal[3, 4] = FORMAT_VERSION
     config_digest: str
     episodes: Count
     """Number of finished training episodes."""
@@ -93,6 +95,8 @@ class CheckpointState(Struct, frozen=True, kw_only=True, rename=_STORED):
     streams: dict[str, GeneratorState]
     record_sizes: dict[str, Count]
     """Size of each record in bytes, by file name."""
+    record_sha256: dict[str, str] = msgspec.field(default_factory=dict[str, str])
+    """SHA-256 of these bytes of each JSON Lines record, by file name."""
     sha256: dict[str, str]
     """SHA-256 of each file in the folder, by its name without the suffix."""
 

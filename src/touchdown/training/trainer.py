@@ -8,8 +8,8 @@ import numpy as np
 
 from touchdown.agents.agent import Agent
 from touchdown.agents.registry import make_agent
-from touchdown.core import files
-from touchdown.core.errors import Interrupted, UserError
+from touchdown.core import temporaries
+from touchdown.core.errors import Interrupted
 from touchdown.core.seeding import streams, training_start
 from touchdown.core.types import Outcome, Policy
 from touchdown.envs.episodes import Episode, Underway
@@ -47,6 +47,7 @@ class Trainer:
             recorded. An exception that it raises ends training; the last checkpoint stays intact.
 
     Raises:
+        DamagedError: the run has checkpoints, but none is whole.
         UserError: another process is training the run, its files are broken, or its environment
             cannot be made.
     """
@@ -84,14 +85,13 @@ class Trainer:
         self._agent: Agent = make_agent(config, self._pool.spaces, self._streams)
         self._budget = Budget(config.training)
         self._progress = checkpoint.Progress(next_validation=config.training.validation_period)
-        files.remove_temporaries([folder.path, folder.checkpoints])
-        newest = checkpoint.newest_checkpoint(folder.checkpoints)
-        if newest:
-            self._progress = checkpoint.restore_checkpoint(
-                newest, config.digest, self._agent, self._streams
-            )
-            self._check_records()
-        self._recorder = Recorder(folder, self._progress.record_sizes)
+        temporaries.remove_temporaries([folder.path, folder.checkpoints])
+        restored = checkpoint.restore_newest(
+            folder.checkpoints, config.digest, self._agent, self._streams
+        )
+        if restored is not None:
+            self._progress = restored
+        self._recorder = Recorder(folder, self._progress.records.sizes)
         resources.callback(self._recorder.close)
         self._history = History(folder, self._recorder, self._on_scalars)
         exact = engine == "exact" and rules.is_lander(config.env_id)
@@ -101,14 +101,6 @@ class Trainer:
             config, folder, self._agent, evaluator, self._progress, self._history
         )
         self._underway: Underway | None = None
-
-    def _check_records(self) -> None:
-        for name, size in self._progress.record_sizes.items():
-            if not name.endswith(".jsonl"):
-                continue  # TensorBoard's events are only a copy
-            path = self._folder.path / name
-            if not path.is_file() or path.stat().st_size < size:
-                raise UserError(f"{path}: altered; it is shorter than its checkpoint says")
 
     @property
     def last_policy(self) -> Policy:
@@ -231,7 +223,7 @@ class Trainer:
         return replay_episodes(saved, self._pool, self._start_of, where)
 
     def _save(self) -> None:
-        self._progress.record_sizes = self._recorder.sizes()
+        self._progress.records = self._recorder.saved()
         checkpoint.save_checkpoint(
             self._folder.checkpoints,
             self._config.digest,

@@ -77,7 +77,7 @@ def tune_agent(
     Raises:
         UserError: a number is out of range, Optuna is not installed, the storage cannot be
             reached, or nothing can be written.
-        Interrupted: Ctrl-C or SIGTERM; finished trials are kept.
+        Interrupted: Ctrl-C, SIGTERM or SIGHUP; finished trials are kept.
     """
     for name, value in (("trials", trials), ("seeds", seeds), ("env_steps", env_steps)):
         if value is not None and value < 1:
@@ -91,14 +91,15 @@ def tune_agent(
         training = dataclasses.replace(base.training, max_env_steps=env_steps, episodes=1_000_000)
         base = dataclasses.replace(base, training=training)
     search.space_of(base)
-    if out is not None and not Path(out).absolute().parent.is_dir():
-        raise UserError(f"out {str(out)!r}: its folder does not exist")
+    if out is not None:
+        files.check_file(Path(out), "out")
     store = stores.open_store(Path(results_dir), make=True)
-    url = storage or search.storage_url(store)
-    study = search.open_study(url, f"{preset}-{base.digest}-{seeds}", seed)
+    url = search.storage_url(store) if storage is None else storage
     shown = console_for(progress, console)
     try:
         with (
+            stores.held(store),
+            search.storage_errors(url),
             Counter(shown, f"searching {preset}", trials) as count,
             stop_on_signals(shown) as stop,
         ):
@@ -108,7 +109,7 @@ def tune_agent(
                 count.describe(f"tuning {preset}{best_text}", number)
 
             found = search.search(
-                study,
+                search.open_study(url, f"{preset}-{base.digest}-{seeds}", seed),
                 base,
                 store,
                 executor or LocalExecutor(),

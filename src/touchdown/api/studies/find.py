@@ -1,10 +1,11 @@
 """Finds a study: a `Study`, a TOML file, one of the paper's topics, or all of them."""
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from touchdown.config.checks import is_plain_name
 from touchdown.core.errors import UserError
 from touchdown.report.output import CLAIMS
 from touchdown.studies import paper, plan, runner, study_file
@@ -12,7 +13,7 @@ from touchdown.studies import store as stores
 from touchdown.studies.job import Job
 from touchdown.studies.paper import SCALES, Scale
 from touchdown.studies.plan import Study
-from touchdown.studies.store import DEFAULT_RESULTS, StartedStudy, Store
+from touchdown.studies.store import DEFAULT_RESULTS, Store
 from touchdown.studies.work import BaselineJob, PidJob, TrainJob
 
 PAPER = "paper"
@@ -139,41 +140,50 @@ def _own(study: Study, file: Path | None, scale: Scale, seeds: int | None) -> St
 
 
 def find_started(
-    store: Store, study: AnyStudy | None, scale: str | None, seeds: int | None
-) -> Sequence[StudySelection]:
+    store: Store, study: AnyStudy, scale: str | None, seeds: int | None
+) -> StudySelection:
     """The jobs of a study, at the scale and with the number of seeds that it was last run with.
 
     Args:
         store: the store in which it was run.
-        study: a `Study`, the path of a study file, or a name; None selects all that were started
-            in the store.
+        study: a `Study`, the path of a study file, or a name.
         scale: scale of the paper's studies; None uses the scale of the last run.
         seeds: training seeds of each cell; None uses the number of the last run.
 
     Raises:
-        UserError: there is no such study, or none was started.
+        UserError: there is no such study.
     """
-    known = {each.name: each for each in stores.list_started(store)}
-
-    def again(last: StartedStudy) -> StudySelection:
-        return find_study(
-            last.file or last.name, scale=scale or last.scale, seeds=seeds or last.seeds or None
-        )
-
-    if study is None:
-        if not known:
-            raise UserError(f"results_dir {str(store.path)!r}: no study was started there")
-        return [again(each) for each in known.values()]
     if isinstance(study, Study):
-        last = known.get(study.name)
+        last = stores.read_started(store, study.name)
         found = find_study(study, seeds=seeds or (last.seeds if last else 0) or None)
         kept = stores.kept_file(store, study)
         is_kept = kept.is_file() and study_file.from_toml(kept) == study
-        return [replace(found, file=kept) if is_kept else found]
+        return replace(found, file=kept) if is_kept else found
     name = str(study)
-    last = known.get(name)
+    last = stores.read_started(store, name) if is_plain_name(name) else None
+    where = name if last is None else last.file or last.name
     if last is None and name.endswith(".toml"):
-        last = known.get(find_study(name).name)
+        # the file that was given, wherever the one of the last run is now
+        last = stores.read_started(store, find_study(name).name)
     if last is None:
-        return [find_study(name, scale=scale or "quick", seeds=seeds)]
-    return [again(last)]
+        return find_study(name, scale=scale or "quick", seeds=seeds)
+    return find_study(where, scale=scale or last.scale, seeds=seeds or last.seeds or None)
+
+
+def find_each_started(
+    store: Store, scale: str | None, seeds: int | None
+) -> dict[str, StudySelection | UserError]:
+    """Each study that was started in a store, as by `find_started`, or why it cannot be found.
+
+    Raises:
+        UserError: none was started.
+    """
+    found: dict[str, StudySelection | UserError] = {}
+    for name in stores.list_started(store):
+        try:
+            found[name] = find_started(store, name, scale, seeds)
+        except UserError as error:
+            found[name] = error
+    if not found:
+        raise UserError(f"results_dir {str(store.path)!r}: no study was started there")
+    return found

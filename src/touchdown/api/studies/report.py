@@ -5,7 +5,13 @@ from pathlib import Path
 
 from rich.console import Console
 
-from touchdown.api.studies.find import PAPER, AnyStudy, StudySelection, find_started
+from touchdown.api.studies.find import (
+    PAPER,
+    AnyStudy,
+    StudySelection,
+    find_each_started,
+    find_started,
+)
 from touchdown.core.errors import UserError
 from touchdown.core.progress import Counter, console_for
 from touchdown.report.output import Report
@@ -46,16 +52,15 @@ def study_report(
             be written.
     """
     store = stores.open_store(Path(results_dir))
-    started = find_started(store, study, scale, seeds)
-    if len(started) > 1:
-        names = ", ".join(each.name for each in started)
-        raise UserError(f"study: must be one of {names}, because several studies were started")
-    selection = started[0]
+    if study is None:
+        selection = _only_started(store, scale, seeds)
+    else:
+        selection = find_started(store, study, scale, seeds)
     runs = [*selection.pid_jobs, *selection.train_jobs]
     if len(store.without_results(runs)) == len(runs):
         raise UserError(
             f"study {selection.name!r}: none of its runs is done; "
-            f"start it with: {selection.command()}"
+            f"start it with: {selection.command(store)}"
         )
     folder = Path(out) if out is not None else store.path / "reports" / selection.name
     command = f"{selection.command(store)} && {_report_command(selection, store, out)}"
@@ -90,6 +95,17 @@ def study_report(
             linked=out is None,
             on_step=on_step,
         )
+
+
+def _only_started(store: Store, scale: str | None, seeds: int | None) -> StudySelection:
+    started = find_each_started(store, scale, seeds)
+    if len(started) > 1:
+        names = ", ".join(started)
+        raise UserError(f"study: must be one of {names}, because several studies were started")
+    (found,) = started.values()
+    if isinstance(found, UserError):
+        raise found
+    return found
 
 
 def _report_command(selection: StudySelection, store: Store, out: Path | str | None) -> str:

@@ -53,28 +53,30 @@ def run_study(
     Raises:
         UserError: there is no such study, its file is broken, the folder has another version or is
             in use, or nothing can be written; finished runs are kept.
-        Interrupted: Ctrl-C or SIGTERM; unfinished runs were saved.
+        Interrupted: Ctrl-C, SIGTERM or SIGHUP; unfinished runs were saved.
     """
     selection = find_study(study, scale=scale, seeds=seeds)
     _check_code(study, selection, trust=trust)
     shown = console_for(progress, console)
     store = stores.open_store(Path(results_dir), make=True)
-    selection = _note_started(selection, store)
-    names = selection.job_names()
-    try:
-        with (
-            views.StudyView(shown, selection.name, lambda digest: names[digest]) as view,
-            stop_on_signals(shown) as stop,
-        ):
-            return runner.run_jobs(
-                selection.jobs,
-                store,
-                executor or LocalExecutor(),
-                on_state=view.update,
-                should_stop=stop,
-            )
-    except Interrupted:
-        raise Interrupted(f"stopped and saved; resume with: {selection.command()}") from None
+    with stores.held(store):
+        selection = _note_started(selection, store)
+        names = selection.job_names()
+        try:
+            with (
+                views.StudyView(shown, selection.name, lambda digest: names[digest]) as view,
+                stop_on_signals(shown) as stop,
+            ):
+                return runner.run_jobs(
+                    selection.jobs,
+                    store,
+                    executor or LocalExecutor(),
+                    on_state=view.update,
+                    should_stop=stop,
+                )
+        except Interrupted:
+            command = selection.command(store)
+            raise Interrupted(f"stopped and saved; resume with: {command}") from None
 
 
 def _check_code(study: AnyStudy, selection: StudySelection, *, trust: bool) -> None:
@@ -91,7 +93,8 @@ def _check_code(study: AnyStudy, selection: StudySelection, *, trust: bool) -> N
 
 def _note_started(selection: StudySelection, store: Store) -> StudySelection:
     """Record that a study was started; one made in Python is saved as a study file."""
-    file = None if selection.file is None else str(selection.file)
+    # absolute, because the next command may be given in another folder
+    file = None if selection.file is None else str(selection.file.absolute())
     started = StartedStudy(selection.name, selection.scale, selection.seeds or 0, file)
     if not selection.is_paper and selection.file is None:
         ((study, _),) = selection.studies

@@ -1,16 +1,22 @@
 """Progress of each study, and its failed runs."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from touchdown.api.studies.find import AnyStudy, find_started
+from touchdown.api.studies.find import (
+    AnyStudy,
+    StudySelection,
+    find_each_started,
+    find_started,
+)
+from touchdown.core.errors import UserError
 from touchdown.studies import runner
 from touchdown.studies import store as stores
 from touchdown.studies.job import Job
-from touchdown.studies.store import DEFAULT_RESULTS
+from touchdown.studies.store import DEFAULT_RESULTS, Store
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +32,8 @@ class StudyProgress:
     unrecorded: int = 0
     """Done runs without recorded flights, because an earlier version ran them; `study run` records
     the flights without training again."""
+    error: str | None = None
+    """Why its runs are not known, for example because its file was moved."""
 
     def to_dict(self) -> dict[str, Any]:
         """As values for JSON."""
@@ -49,22 +57,36 @@ def study_status(
         results_dir: folder that holds the runs and reports of studies.
 
     Raises:
-        UserError: there is no such folder or study.
+        UserError: there is no such folder or study. If all are shown, one whose file cannot be
+            read has an `error` instead.
     """
     store = stores.open_store(Path(results_dir))
-    found: list[StudyProgress] = []
     failures = store.failed()
-    for selection in find_started(store, study, scale, seeds):
-        names = selection.job_names()
-        groups: list[tuple[str, Sequence[Job]]] = [
-            (each.name, runner.jobs_of([(each, n)])) for each, n in selection.studies
-        ]
-        groups += [("pid", selection.pid_jobs)] if selection.pid_jobs else []
-        groups += [("baselines", selection.baselines)] if selection.baselines else []
-        for label, jobs in groups:
-            missing = {job.digest for job in store.without_results(jobs)}
-            failed = {names[d]: failures[d] for d in sorted(missing) if d in failures}
-            unrecorded = len(store.unrecorded(jobs))
-            done = len(jobs) - len(missing)
-            found.append(StudyProgress(label, len(jobs), done, failed, unrecorded))
+    if study is not None:
+        return _progress_of(find_started(store, study, scale, seeds), store, failures)
+    found: list[StudyProgress] = []
+    for name, selection in find_each_started(store, scale, seeds).items():
+        if isinstance(selection, UserError):
+            found.append(StudyProgress(name, 0, 0, {}, error=str(selection)))
+        else:
+            found += _progress_of(selection, store, failures)
+    return found
+
+
+def _progress_of(
+    selection: StudySelection, store: Store, failures: Mapping[str, str]
+) -> list[StudyProgress]:
+    found: list[StudyProgress] = []
+    names = selection.job_names()
+    groups: list[tuple[str, Sequence[Job]]] = [
+        (each.name, runner.jobs_of([(each, n)])) for each, n in selection.studies
+    ]
+    groups += [("pid", selection.pid_jobs)] if selection.pid_jobs else []
+    groups += [("baselines", selection.baselines)] if selection.baselines else []
+    for label, jobs in groups:
+        missing = {job.digest for job in store.without_results(jobs)}
+        failed = {names[d]: failures[d] for d in sorted(missing) if d in failures}
+        unrecorded = len(store.unrecorded(jobs))
+        done = len(jobs) - len(missing)
+        found.append(StudyProgress(label, len(jobs), done, failed, unrecorded))
     return found

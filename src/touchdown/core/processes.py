@@ -1,0 +1,84 @@
+"""Signals, and processes that must not outlive their parent."""
+
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Generator
+from contextlib import contextmanager, suppress
+from types import FrameType
+from typing import TextIO
+
+_STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""Signals that ask a program to save and end: Ctrl-C, `kill`, and a terminal that was closed."""
+
+
+@contextmanager
+def stopping(on_signal: Callable[[int], object]) -> Generator[None]:
+    """Within the block, call a function on Ctrl-C, SIGTERM and SIGHUP instead of ending.
+
+    Only the main thread catches signals, as Python delivers them only to it. A signal that the
+    program was started to ignore, as by `nohup`, is still ignored.
+
+    Args:
+        on_signal: called with the number of the signal.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    # seen now, because a closed terminal is none any more
+    terminals = [stream for stream in (sys.stdout, sys.stderr) if stream.isatty()]
+
+    def handle(number: int, _frame: FrameType | None) -> None:
+        if number == signal.SIGHUP:
+            for stream in terminals:
+                silence(stream)  # a closed terminal refuses all output
+        on_signal(number)
+
+    before = {number: signal.getsignal(number) for number in _STOPPING}
+    caught = [number for number, handler in before.items() if handler is not signal.SIG_IGN]
+    for number in caught:
+        signal.signal(number, handle)
+    try:
+        yield
+    finally:
+        for number in caught:
+            signal.signal(number, before[number])
+
+
+def interrupt(_number: int) -> None:
+    """Stop at once, as Ctrl-C does.
+
+    Raises:
+        KeyboardInterrupt: always.
+    """
+    raise KeyboardInterrupt
+
+
+def silence(stream: TextIO) -> None:
+    """Send a stream's further output nowhere."""
+    with suppress(OSError, ValueError):  # a stream without a file
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, stream.fileno())
+        os.close(nowhere)
+
+
+def leave_stopping_to_the_parent() -> None:
+    """In a worker process: ignore signals that also reach its parent, and end with the parent.
+
+    Ctrl-C and a closed terminal reach all processes; the parent tells its workers what to do.
+    """
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    if parent is None:
+        return
+
+    def end_with_it() -> None:
+        parent.join()
+        # at once: another process may soon start the same job
+        os._exit(1)
+
+    threading.Thread(target=end_with_it, daemon=True).start()
