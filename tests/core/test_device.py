@@ -42,7 +42,7 @@ def test_a_fork_of_a_process_that_uses_jax_is_refused_before_it_hangs(monkeypatc
         lambda: lookup.load("ace"),
         lambda: device.use("cpu"),
     ):
-        with pytest.raises(UserError, match="^this process was forked after JAX had started, and"):
+        with pytest.raises(UserError, match=r"^this process was forked after JAX had started, and"):
             use()
     assert lookup.load("pid").policy.act(np.zeros((1, 8))).shape == (1,)  # needs no network
 
