@@ -347,6 +347,8 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
 
     def _checked(self, out: StepArrays) -> StepArrays:
         for name, given, wanted in zip(StepArrays._fields, out, self._unused, strict=True):
+            if not isinstance(cast(object, given), np.ndarray):
+                raise ValueError(f"out.{name} is a {type(given).__name__}, must be an array")
             if (given.shape, given.dtype) != (wanted.shape, wanted.dtype):
                 raise ValueError(
                     f"out.{name} is {given.dtype}{given.shape}, "
