@@ -66,6 +66,7 @@ def machine_facts() -> tuple[tuple[str, str], ...]:
             "machine",
             f"{cpu_name()}, {threads.available()} cores, Python {platform.python_version()}",
         ),
+        ("repeats", "the same bytes on this machine; another kind of processor rounds differently"),
         ("versions", ", ".join(f"{name} {version(name)}" for name in _PACKAGES)),
         ("lander", f"trained on {engines.engine_in_use()}, tested on stock Gymnasium"),
     )
