@@ -14,6 +14,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 BUILD = ROOT / "build" / "sanitized"
+THREADS = ROOT / "build" / "thread-sanitized"
 TOOLS = Path(sys.executable).parent
 ORACLES = ROOT / "tests" / "lander" / "engine"
 FUSED_TESTS = ROOT / "tests" / "agents" / "learners" / "test_fused.py"
@@ -54,23 +55,42 @@ def library(name: str) -> str:
     return found.stdout.strip()
 
 
-def run_cpp_tests(build: Path, sanitizers: str, *, modules: bool) -> int:
-    """Build the C++ code into a folder and run its tests; returns their exit code."""
+def build(folder: Path, sanitizers: str, *modules: str) -> None:
+    """Build the C++ code and its tests into a folder.
+
+    Args:
+        folder: where to build.
+        sanitizers: the compiler's names of them.
+        modules: what CMake needs for the Python modules; they are left out without it.
+    """
     configure = [
-        *(str(TOOLS / "cmake"), "-S", str(ROOT), "-B", str(build), "-G", "Ninja"),
+        *(str(TOOLS / "cmake"), "-S", str(ROOT), "-B", str(folder), "-G", "Ninja"),
         *("-DCMAKE_BUILD_TYPE=Debug", f"-DTOUCHDOWN_SANITIZE={sanitizers}"),
-        *("-DTOUCHDOWN_TESTS=ON", f"-DTOUCHDOWN_MODULES={'ON' if modules else 'OFF'}"),
-        *(f"-DCMAKE_MAKE_PROGRAM={TOOLS / 'ninja'}", f"-DPython_EXECUTABLE={sys.executable}"),
+        *("-DTOUCHDOWN_TESTS=ON", f"-DCMAKE_MAKE_PROGRAM={TOOLS / 'ninja'}"),
+        *(modules or ("-DTOUCHDOWN_MODULES=OFF",)),
     ]
-    for command in (configure, [str(TOOLS / "cmake"), "--build", str(build)]):
+    for command in (configure, [str(TOOLS / "cmake"), "--build", str(folder)]):
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    ctest = [str(TOOLS / "ctest"), "--test-dir", str(build), "--output-on-failure"]
-    return subprocess.run(ctest, check=False).returncode
+
+
+def run_cpp_tests(folder: Path, only: str = ".", rounds: int = 5) -> int:
+    """Run the C++ tests of a build, and return their exit code.
+
+    Args:
+        folder: the build.
+        only: a regular expression for their names.
+        rounds: of the fuzzer.
+    """
+    ctest = [str(TOOLS / "ctest"), "--test-dir", str(folder), "--output-on-failure", "-R", only]
+    fuzzing = {**os.environ, "TOUCHDOWN_FUZZ_ROUNDS": str(rounds)}
+    return subprocess.run(ctest, env=fuzzing, check=False).returncode
 
 
 def main() -> int:
-    failed = run_cpp_tests(ROOT / "build" / "thread-sanitized", "thread", modules=False)
-    failed = failed or run_cpp_tests(BUILD, "address,undefined", modules=True)
+    build(THREADS, "thread")
+    build(BUILD, "address,undefined", f"-DPython_EXECUTABLE={sys.executable}")
+    # nothing else has threads, and this sanitizer is slow
+    failed = run_cpp_tests(THREADS, "engine/(batch|fuzz|workers)", rounds=2) or run_cpp_tests(BUILD)
     if failed:
         return failed
     package = BUILD / "package"

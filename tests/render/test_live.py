@@ -1,10 +1,16 @@
 """Pictures of landers by their render mode, for whoever asks as Gymnasium does."""
 
+import io
+
 import gymnasium
 import numpy as np
 import pytest
+from PIL import Image
 
 import touchdown.lander
+from stepping import Always
+from touchdown.envs import custom
+from touchdown.envs.recorder import record_flight
 from touchdown.lander import picture
 from touchdown.lander.single import LanderEnv
 from touchdown.lander.vector import LanderVectorEnv
@@ -70,3 +76,11 @@ def test_missing_libraries_are_named_when_a_picture_is_asked_for(env, monkeypatc
     monkeypatch.setattr(picture, "_RENDERER", "touchdown.render.missing")
     with pytest.raises(gymnasium.error.DependencyNotInstalled, match="libraries that touchdown"):
         env.render()
+
+
+def test_a_flight_of_the_registered_lander_has_these_pictures():
+    name = custom.name_of("touchdown.lander:touchdown/LunarLander-v3")
+    flight = record_flight(Always(0), name, 3, "falling")
+    assert flight.frames is not None
+    assert len(flight.frames) == flight.steps + 1
+    assert Image.open(io.BytesIO(flight.frames[-1])).size == (600, 400)
