@@ -1,7 +1,9 @@
-"""Builds all C++ with address and undefined-behaviour sanitizers, then tests it.
+"""Builds all C++ with sanitizers, then tests it.
 
-The C++ tests run first. Then the engine is compared with stock, and the fused updates with JAX by
-their own tests. `make sanitize` runs it. A finding ends the process at once and is printed.
+The C++ tests run first, among them a fuzzer: with the thread sanitizer, then with those for
+addresses and undefined behaviour. With the latter, the engine is then compared with stock and used
+at random from Python, and the fused updates are compared with JAX by their own tests. `make
+sanitize` runs it. A finding ends the process at once and is printed.
 """
 
 import os
@@ -12,6 +14,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 BUILD = ROOT / "build" / "sanitized"
+THREADS = ROOT / "build" / "thread-sanitized"
+TOOLS = Path(sys.executable).parent
 ORACLES = ROOT / "tests" / "lander" / "engine"
 FUSED_TESTS = ROOT / "tests" / "agents" / "learners" / "test_fused.py"
 # otherwise the editable install would come before the build in PYTHONPATH
@@ -27,6 +31,12 @@ reports = {{name: oracle.compare(settings, range(5, 12), num_threads=2, where=f"
            for name, settings in oracle.CONFIGURATIONS.items()}}
 sys.stdout.write(oracle.summary(reports))
 sys.exit(any(report.difference for report in reports.values()))
+"""
+FUZZ = f"""{BUILT_FIRST}
+import fuzzer
+from touchdown.lander import _engine
+assert "sanitized" in _engine.__file__, _engine.__file__
+fuzzer.main(40)
 """
 LEARN = f"""{BUILT_FIRST}
 from touchdown.agents.learners import _fused
@@ -45,33 +55,60 @@ def library(name: str) -> str:
     return found.stdout.strip()
 
 
-def main() -> int:
-    tools = Path(sys.executable).parent
-    package = BUILD / "package" / "touchdown"
-    shutil.rmtree(BUILD / "package", ignore_errors=True)
-    shutil.copytree(ROOT / "src" / "touchdown", package, ignore=shutil.ignore_patterns("*.so"))
+def build(folder: Path, sanitizers: str, *modules: str) -> None:
+    """Build the C++ code and its tests into a folder.
+
+    Args:
+        folder: where to build.
+        sanitizers: the compiler's names of them.
+        modules: what CMake needs for the Python modules; they are left out without it.
+    """
     configure = [
-        *(str(tools / "cmake"), "-S", str(ROOT), "-B", str(BUILD), "-G", "Ninja"),
-        *("-DCMAKE_BUILD_TYPE=Debug", "-DTOUCHDOWN_SANITIZE=ON", "-DTOUCHDOWN_TESTS=ON"),
-        *(f"-DCMAKE_MAKE_PROGRAM={tools / 'ninja'}", f"-DPython_EXECUTABLE={sys.executable}"),
+        *(str(TOOLS / "cmake"), "-S", str(ROOT), "-B", str(folder), "-G", "Ninja"),
+        *("-DCMAKE_BUILD_TYPE=Debug", f"-DTOUCHDOWN_SANITIZE={sanitizers}"),
+        *("-DTOUCHDOWN_TESTS=ON", f"-DCMAKE_MAKE_PROGRAM={TOOLS / 'ninja'}"),
+        *(modules or ("-DTOUCHDOWN_MODULES=OFF",)),
     ]
-    build = [str(tools / "cmake"), "--build", str(BUILD)]
-    install = [str(tools / "cmake"), "--install", str(BUILD), "--prefix", str(BUILD / "package")]
-    for command in (configure, build, install):
+    for command in (configure, [str(TOOLS / "cmake"), "--build", str(folder)]):
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    ctest = [str(tools / "ctest"), "--test-dir", str(BUILD), "--output-on-failure"]
-    tested = subprocess.run(ctest, check=False)
-    if tested.returncode:
-        return tested.returncode
+
+
+def run_cpp_tests(folder: Path, only: str = ".", rounds: int = 5) -> int:
+    """Run the C++ tests of a build, and return their exit code.
+
+    Args:
+        folder: the build.
+        only: a regular expression for their names.
+        rounds: of the fuzzer.
+    """
+    ctest = [str(TOOLS / "ctest"), "--test-dir", str(folder), "--output-on-failure", "-R", only]
+    fuzzing = {**os.environ, "TOUCHDOWN_FUZZ_ROUNDS": str(rounds)}
+    return subprocess.run(ctest, env=fuzzing, check=False).returncode
+
+
+def main() -> int:
+    build(THREADS, "thread")
+    build(BUILD, "address,undefined", f"-DPython_EXECUTABLE={sys.executable}")
+    # nothing else has threads, and this sanitizer is slow
+    failed = run_cpp_tests(THREADS, "engine/(batch|fuzz|workers)", rounds=2) or run_cpp_tests(BUILD)
+    if failed:
+        return failed
+    package = BUILD / "package"
+    shutil.rmtree(package, ignore_errors=True)
+    shutil.copytree(
+        ROOT / "src" / "touchdown", package / "touchdown", ignore=shutil.ignore_patterns("*.so")
+    )
+    install = [str(TOOLS / "cmake"), "--install", str(BUILD), "--prefix", str(package)]
+    subprocess.run(install, check=True, stdout=subprocess.DEVNULL)
     environment = {
         **os.environ,
-        "PYTHONPATH": os.pathsep.join((str(BUILD / "package"), str(ORACLES))),
+        "PYTHONPATH": os.pathsep.join((str(package), str(ORACLES))),
         "LD_PRELOAD": f"{library('libasan.so')} {library('libubsan.so')}",
         # Python keeps what it has until it ends
         "ASAN_OPTIONS": "detect_leaks=0:detect_stack_use_after_return=1",
         "UBSAN_OPTIONS": "halt_on_error=1:print_stacktrace=1",
     }
-    for script in (FLY, LEARN):
+    for script in (FLY, FUZZ, LEARN):
         ended = subprocess.run([sys.executable, "-c", script], env=environment, check=False)
         if ended.returncode:
             return ended.returncode

@@ -176,7 +176,19 @@ Transition finish_step(Lander& lander, bool solved, StepState& state, Coverage& 
 bool is_sound(const Lander& lander) {
   const Contacts& contacts = lander.world.contacts;
   if (contacts.count < 0 || contacts.count > kMaxContacts) return false;
+  // Far beyond any flight, and far from overflow.
+  constexpr std::int64_t most_gusts = std::int64_t{1} << 53;
+  for (const std::int64_t index : {lander.wind_index, lander.torque_index}) {
+    if (index < -most_gusts || index > most_gusts) return false;
+  }
   const auto end = contacts.items.begin() + contacts.count;
+  // There is room for one contact of each pair.
+  for (auto contact = contacts.items.begin(); contact != end; ++contact) {
+    const auto is_twin = [contact](const Contact& other) {
+      return other.body == contact->body && other.edge == contact->edge;
+    };
+    if (std::any_of(contact + 1, end, is_twin)) return false;
+  }
   const auto legs = lander.world.joints;
   return std::all_of(contacts.items.begin(), end,
                      [](const Contact& contact) {

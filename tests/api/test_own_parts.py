@@ -1,9 +1,11 @@
 """Environments and agents of the user's, from training to export, and files of strangers'."""
 
+import re
 import shutil
 import sys
 
 import gymnasium
+import numpy as np
 import pytest
 
 import touchdown
@@ -176,6 +178,41 @@ def test_an_environment_may_be_an_object_a_class_or_a_function(tmp_path):
     assert again.evaluation is not None
     assert run.evaluation is not None
     assert again.evaluation.summary == run.evaluation.summary
+
+
+class Undrawable(Chain):
+    """Draws text, returns scalars as arrays, and cannot be closed."""
+
+    metadata = {"render_modes": ["rgb_array"]}  # noqa: RUF012
+
+    def __init__(self, render_mode=None):
+        super().__init__(limit=9)
+        self.render_mode = render_mode
+
+    def step(self, action):
+        observation, reward, *ended, info = super().step(action)
+        return observation, np.array([reward]), *map(np.array, ended), info
+
+    def render(self):
+        return "..o.."
+
+    def close(self):
+        raise RuntimeError
+
+
+def test_a_run_without_a_film_says_why_and_is_finished(own, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(own)
+    config = Config(preset="mine", training=SHORT)
+    parts = {"env": Undrawable, "agent": "own_parts:Right", "runs_dir": tmp_path}
+    run = touchdown.train(config, progress=True, **parts)
+    said = " ".join(capsys.readouterr().out.split())
+    assert re.search(
+        r"no film: environment \S+:Undrawable: render\(\) returned '..o..', must", said
+    )
+    assert [path.name for path in run.pictures] == ["learning-curve.png"]
+    assert run.status == "finished"
+    run.pictures[0].unlink()
+    assert touchdown.resume("mine-0", **parts).status == "finished"
 
 
 def test_a_stopped_run_of_ones_own_parts_goes_on_identically(own, tmp_path, monkeypatch):

@@ -3,6 +3,8 @@ import re
 
 from command_line import complaint
 from touchdown.cli import app
+from touchdown.envs import custom
+from touchdown.testing import Chain
 
 
 def test_evaluate_flies_from_the_starts_asked_for(finished, capsys):
@@ -30,3 +32,15 @@ def test_an_exported_run_flies_as_the_run_does(finished, tmp_path, monkeypatch, 
     assert json.loads(capsys.readouterr().out)["episodes"] == stored["episodes"]
     again = complaint("export", "cart", f"--runs-dir={finished}", capsys=capsys)
     assert again == "out 'cart-onnx': exists already; choose another folder"
+
+
+def test_an_environment_without_pictures_is_flown_without_a_film(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    name = custom.name_of(Chain)
+    app.main(["fly", "random", "--seed=4", f"--env-id={name}"])
+    said = capsys.readouterr().out.splitlines()
+    assert said[0].startswith(f"no film: environment {name}: draws no pictures")
+    assert said[1].startswith("random from start 4: ")
+    assert list(tmp_path.iterdir()) == []
+    refused = complaint("fly", "random", f"--env-id={name}", "--out=x.gif", capsys=capsys)
+    assert refused == said[0].removeprefix("no film: ")

@@ -3,6 +3,15 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
+import pytest
+
+from touchdown.agents.networks import QNetwork
+from touchdown.config.sections import NetworkConfig
+from touchdown.core import device
+from touchdown.core.errors import UserError
+from touchdown.policies import lookup
+
 PROGRAM = (
     "from touchdown.core import device; device.use('cpu'); import jax;"
     "print(jax.config.jax_compilation_cache_dir); jax.jit(lambda x: x + 1)(1.0)"
@@ -20,6 +29,22 @@ def said(**environment: str) -> str:
     )
     assert run.stderr == ""
     return run.stdout.strip()
+
+
+def test_a_fork_of_a_process_that_uses_jax_is_refused_before_it_hangs(monkeypatch):
+    network = QNetwork(2, 1, NetworkConfig(hidden_sizes=(2,)))
+    policy = network.policy(np.zeros(network.num_params, np.float32))
+    policy.act(np.zeros((1, 2)))
+    monkeypatch.setattr(device, "_started_in", [os.getppid()])  # as in a forked child
+    for use in (
+        lambda: policy.act(np.zeros((1, 2))),
+        lambda: QNetwork(2, 1, NetworkConfig()),
+        lambda: lookup.load("ace"),
+        lambda: device.use("cpu"),
+    ):
+        with pytest.raises(UserError, match=r"^this process was forked after JAX had started, and"):
+            use()
+    assert lookup.load("pid").policy.act(np.zeros((1, 8))).shape == (1,)  # needs no network
 
 
 def test_compiled_code_is_kept_in_the_users_cache_and_found_again(tmp_path):

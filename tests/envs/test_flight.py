@@ -241,6 +241,14 @@ def test_one_wrong_value_in_the_facts_is_reported_in_one_line(tmp_path):
         {"frames": np.zeros(9, np.uint8), "frame_sizes": np.array([3, 6])},
         {"frames": np.zeros(9, np.uint8), "frame_sizes": np.array([3, 3, 4])},
         {"terrain": np.zeros((2, 11)), "helipad": np.zeros(2)},
+        *(
+            {
+                "frames": np.zeros(9, np.uint8),
+                "frame_sizes": np.array([3, 6]),
+                "frame_steps": np.array(wrong),
+            }
+            for wrong in ([0, 1], [1, 2], [[0, 2]], [0, 5, 2], [], [0, 1, 2])
+        ),
     ],
 )
 def test_file_whose_lengths_disagree_is_refused(tmp_path, changed):

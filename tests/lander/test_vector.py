@@ -64,8 +64,20 @@ def test_the_time_limit_truncates_as_in_stock():
 @pytest.mark.parametrize("env_id", ["LunarLander-v3", "LunarLanderContinuous-v3"])
 def test_gymnasiums_checker_finds_nothing(env_id: str):
     env = gymnasium.make(f"touchdown/{env_id}")
-    check_env(env.unwrapped, skip_render_check=True)
+    check_env(env.unwrapped)
     env.close()
+
+
+def test_no_time_limit_is_spelled_as_in_gymnasium():
+    name, many = "touchdown/LunarLander-v3", "vector_entry_point"
+    endless = gymnasium.make_vec(name, 2, vectorization_mode=many, max_episode_steps=-1)
+    endless.reset(seed=0)
+    endless.unwrapped._steps[:] = 10**6
+    assert not endless.step(np.array([0, 0]))[3].any()
+    one = LanderEnv(max_episode_steps=-1)
+    one.reset(seed=0)
+    one._steps = 10**6
+    assert one.step(0)[3] is False
 
 
 def test_gymnasium_makes_it_by_its_id_one_or_many():
@@ -206,8 +218,9 @@ def test_invalid_arguments_are_refused_by_name():
         LanderVectorEnv(0)
     with pytest.raises(ValueError, match=r"gravity = -12\.0"):
         LanderVectorEnv(1, gravity=-12.0)
-    with pytest.raises(ValueError, match="render_mode 'human'"):
-        LanderEnv("human")
+    for kind in (LanderEnv, LanderVectorEnv):
+        with pytest.raises(ValueError, match="render_mode 'human': must be rgb_array or None"):
+            kind(render_mode="human")
     env = LanderVectorEnv(2)
     with pytest.raises(RuntimeError, match="reset environment 0"):
         env.step(np.array([0, 0]))
@@ -230,12 +243,25 @@ def test_invalid_arguments_are_refused_by_name():
         arrays = StepArrays.empty(2)._replace(**{out: complaint[0]})
         with pytest.raises(ValueError, match=rf"out\.{out} .*{complaint[1]}"):
             env.step(np.array([0, 0]), out=arrays)
+    buffer = np.zeros(80, np.uint8)
+    overlapping = {
+        "terminated": ("truncated", buffer[:2].view(np.bool_), buffer[1:3].view(np.bool_)),
+        "observations": (
+            "rewards",
+            buffer[:64].view(np.float32).reshape(2, 8),
+            buffer[56:72].view(np.float64),
+        ),
+    }
+    for one, (other, *arrays) in overlapping.items():
+        shared = StepArrays.empty(2)._replace(**dict(zip((one, other), arrays, strict=True)))
+        with pytest.raises(ValueError, match=rf"out\.{one} and out\.{other} must not share memory"):
+            env.step(np.array([0, 0]), out=shared)
     good = env.snapshot(0)
     for foreign, complaint in {
         b"x" * 100: "not a snapshot",
         good[:8] + b"\x09" + good[9:]: "version 9: must be 2",
         good[:-1]: "damaged",
-        good[:70]: "damaged",
+        good[:20]: "damaged",
     }.items():
         with pytest.raises(ValueError, match=complaint):
             env.restore(0, foreign)
@@ -244,8 +270,12 @@ def test_invalid_arguments_are_refused_by_name():
         LanderVectorEnv(1, num_threads=0)
     with pytest.raises(ValueError, match="num_threads = 1025: must be at most 1024"):
         LanderVectorEnv(1, num_threads=1_025)
-    with pytest.raises(ValueError, match="max_episode_steps = 0: must be at least 1"):
-        LanderVectorEnv(1, max_episode_steps=0)
+    for kind in (LanderEnv, LanderVectorEnv):
+        for limit in (0, -2):
+            with pytest.raises(
+                ValueError, match=f"max_episode_steps = {limit}: must be at least 1"
+            ):
+                kind(max_episode_steps=limit)
     windy = LanderVectorEnv(1, **WINDY)
     windy.reset(seed=0)
     with pytest.raises(ValueError, match=r"actions\[0\] is not a number"):

@@ -53,3 +53,8 @@ def test_an_environment_that_draws_itself_is_filmed_too():
 def test_a_film_that_is_too_large_becomes_a_poster(falling, monkeypatch):
     monkeypatch.setattr(embedded, "_MOST_BYTES", 1_000)
     assert picture_in(falling._repr_html_()).format == "PNG"
+
+
+def test_a_flight_without_pictures_is_its_line_of_facts():
+    flight = record_flight(Always(1), "CartPole-v1", 3, "right", drawn=False)
+    assert "<figcaption>right: CartPole-v1 from start 3" in flight._repr_html_()

@@ -72,6 +72,27 @@ def shortened(flight: Flight, steps: int) -> Flight:
     )
 
 
+def drawn(
+    *colours: str,
+    steps_per_second: float,
+    frame_steps: list[int] | None = None,
+    size: tuple[int, int] = (6, 4),
+) -> Flight:
+    """A flight of another environment, a colour a picture."""
+    pngs = []
+    for colour in colours:
+        png = io.BytesIO()
+        Image.new("RGB", size, colour).save(png, "PNG")
+        pngs.append(png.getvalue())
+    return dataclasses.replace(
+        hovering(*[IDLE] * (frame_steps[-1] if frame_steps else len(colours) - 1)),
+        bodies=None,
+        steps_per_second=steps_per_second,
+        frames=tuple(pngs),
+        frame_steps=None if frame_steps is None else np.array(frame_steps),
+    )
+
+
 def video_stream(path) -> str:
     """The description of a file's video by ffmpeg."""
     command = [imageio_ffmpeg.get_ffmpeg_exe(), "-i", str(path)]
@@ -236,14 +257,35 @@ def test_mp4_has_every_step_and_holds_the_last(tmp_path, landing):
 
 
 def test_pictures_of_odd_size_become_an_mp4(tmp_path):
-    png = io.BytesIO()
-    Image.new("RGB", (61, 45), "teal").save(png, "PNG")
-    flight = dataclasses.replace(
-        hovering(IDLE, IDLE), env_id="Odd-v0", frames=(png.getvalue(),) * 3, bodies=None
-    )
+    flight = drawn(*["teal"] * 3, steps_per_second=50, size=(61, 45))
     path = tmp_path / "odd.mp4"
     films.write_video(flight, path)
     assert "62x46" in video_stream(path)
+
+
+def test_two_seconds_a_step_are_shown_for_two_seconds(tmp_path):
+    flight = drawn("red", "green", "blue", steps_per_second=0.5)
+    assert [picture.seconds for picture in films.pictures(flight)] == [2, 2, 1.2]
+    path = tmp_path / "slow.mp4"
+    films.write_video(flight, path)
+    frames, seconds = imageio_ffmpeg.count_frames_and_secs(str(path))
+    assert (frames, seconds) == (3, 6)
+
+
+@pytest.mark.parametrize("steps_per_second", [0.001, 0.01])
+def test_a_film_of_hours_is_sped_up_to_ten_minutes(tmp_path, steps_per_second):
+    flight = drawn(*["red"] * 12, steps_per_second=steps_per_second)
+    path = tmp_path / "still.gif"
+    films.write_video(flight, path)
+    with Image.open(path) as film:  # one picture, as nothing changes
+        assert film.info["duration"] == pytest.approx(1_000 * (films.MOST_SECONDS + 1.2), abs=200)
+
+
+def test_between_its_pictures_a_thinned_flight_shows_the_one_before():
+    flight = drawn("red", "green", "blue", steps_per_second=25, frame_steps=[0, 4, 6])
+    assert flight.steps == 6
+    colours = [picture.image.getpixel((0, 0)) for picture in films.pictures(flight)]
+    assert colours == [(255, 0, 0)] * 4 + [(0, 128, 0)] * 2 + [(0, 0, 255)]
 
 
 def test_another_environment_is_shown_by_its_own_frames(tmp_path, balancing):

@@ -31,6 +31,7 @@ from touchdown.core.errors import Interrupted, UserError
 from touchdown.envs import recorder
 from touchdown.evaluation import evaluation as evaluations
 from touchdown.lander import engine as engines
+from touchdown.lander._engine import simd
 from touchdown.policies import weights as policy_weights
 from touchdown.runs import folder as folders
 from touchdown.runs import run as runs
@@ -397,6 +398,7 @@ def test_provenance_names_versions_machine_and_seed(finished):
     assert facts["config_digest"] == small_config().digest
     assert {"gymnasium", "jax", "box2d"} <= facts["versions"].keys()
     assert facts["cpus_available"] == len(os.sched_getaffinity(0))
+    assert facts["simd"] == simd()
 
 
 def test_names_are_counted_up_and_a_taken_one_is_refused(tmp_path):

@@ -1,7 +1,9 @@
 #include "engine/snapshot.hpp"
 
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
+#include <limits>
 #include <stdexcept>
 #include <vector>
 
@@ -58,6 +60,21 @@ TEST("a snapshot of a lander with other settings is refused") {
 TEST("indices out of range are refused though the checksum fits") {
   Lander lander = falling();
   lander.world.contacts.count = kMaxContacts + 1;
+  CHECK_THROWS(std::invalid_argument, restored(snapshot(lander), lander.config));
+}
+
+TEST("two contacts of one pair are refused, as a third body would find no room") {
+  Lander lander = falling();
+  lander.world.contacts.count = 2;
+  lander.world.contacts.items[0] = lander.world.contacts.items[1] = {};
+  CHECK_THROWS(std::invalid_argument, restored(snapshot(lander), lander.config));
+  lander.world.contacts.items[1].edge = 1;
+  CHECK(restored(snapshot(lander), lander.config).world.contacts.count == 2);
+}
+
+TEST("a gust of wind that would overflow its count is refused") {
+  Lander lander = falling();
+  lander.torque_index = std::numeric_limits<std::int64_t>::max();
   CHECK_THROWS(std::invalid_argument, restored(snapshot(lander), lander.config));
 }
 

@@ -17,6 +17,7 @@ from touchdown.agents.batch import Params
 from touchdown.agents.greedy import GreedyPolicy, in_blocks
 from touchdown.agents.layers import DuelingHead, NoisyLinear
 from touchdown.config.sections import NetworkConfig
+from touchdown.core import device
 from touchdown.core.types import FloatArray, Spaces
 
 _KINDS = ("weight", "bias")
@@ -31,9 +32,13 @@ class QNetwork:
         observation_size: D, inputs.
         num_actions: A, outputs.
         config: layers and head; without hidden layers, Q is linear in the observation.
+
+    Raises:
+        UserError: this process was forked after JAX had started.
     """
 
     def __init__(self, observation_size: int, num_actions: int, config: NetworkConfig) -> None:
+        device.check_process()
         self.observation_size = observation_size
         self.num_actions = num_actions
         self.config = config
@@ -124,7 +129,11 @@ class QNetwork:
         """Q(s,·) of any number of observations, [N, D] to [N, A].
 
         Each row depends only on its own observation, to the last bit.
+
+        Raises:
+            UserError: this process was forked after JAX had started.
         """
+        device.check_process()
 
         def values_of(block: FloatArray) -> NDArray[Any]:
             return np.asarray(cast(jax.Array, self.values(params, block)))

@@ -5,7 +5,7 @@ from pathlib import Path
 from rich.console import Console
 
 from touchdown.api.policies import PolicyLike, find_policy
-from touchdown.core import plugins
+from touchdown.core import notebook, plugins
 from touchdown.core.errors import UserError
 from touchdown.core.progress import Counter, console_for
 from touchdown.core.seeding import check_seed
@@ -13,8 +13,10 @@ from touchdown.core.starts import TEST_STARTS
 from touchdown.envs import custom, recorder
 from touchdown.envs.custom import EnvLike
 from touchdown.envs.flight import Flight
+from touchdown.envs.frames import NotDrawable
 from touchdown.evaluation import evaluation as evaluations
 from touchdown.evaluation.evaluation import Evaluation
+from touchdown.policies.named import NamedPolicy
 from touchdown.render import embedded as embedded  # noqa: PLC0414 - flights show their films
 from touchdown.render import film as films
 from touchdown.runs.folder import DEFAULT_RUNS
@@ -97,7 +99,17 @@ def fly(
             return films.show_window(named.env_id, named.policy, seed, named.name)
         if out is not None:
             films.check_video_path(Path(out))
-        flight = recorder.record_flight(named.policy, named.env_id, seed, named.name)
+        drawn = out is not None or notebook.in_notebook()  # which shows the flight as a film
+        try:
+            flight = _flown(named, seed, drawn=drawn)
+        except NotDrawable:
+            if out is not None:
+                raise
+            flight = _flown(named, seed, drawn=False)
     if out is not None:
         films.write_video(flight, Path(out))
     return flight
+
+
+def _flown(named: NamedPolicy, seed: int, *, drawn: bool) -> Flight:
+    return recorder.record_flight(named.policy, named.env_id, seed, named.name, drawn=drawn)

@@ -118,8 +118,9 @@ def _completed(
         )
         view.phase("drawing pictures", 4 if tested else 1)
         text = _draw_policy(run)
+        notes: list[str] = []
         if tested:
-            _draw(run, tested[0], advance)
+            _draw(run, tested[0], advance, notes.append)
         finish.save_curve(run, f"{run.name} on {config.env_id}")
         view.advance()
     seconds = f"trained in {progress.clock(trained - began)}"
@@ -127,14 +128,16 @@ def _completed(
     # all at once, because a notebook separates the outputs of several prints
     shown.print(
         Text(f"{folder.name}: {seconds}, {total} in total"),
-        *_results(run, tested, text),
+        *_results(run, tested, text, notes),
         sep="\n",
         crop=False,
     )
     return run
 
 
-def _results(run: Run, tested: Sequence[Evaluation], learned: str) -> Iterator[RenderableType]:
+def _results(
+    run: Run, tested: Sequence[Evaluation], learned: str, notes: Sequence[str]
+) -> Iterator[RenderableType]:
     """Show the results of a finished run: whether it was solved, its test, policy and pictures."""
     config = run.config
     if config.training.stop_when_solved:
@@ -148,6 +151,7 @@ def _results(run: Run, tested: Sequence[Evaluation], learned: str) -> Iterator[R
         )
     if learned:
         yield Text(f"learned policy:\n{learned}")
+    yield from map(Text, notes)
     for path in run.pictures:
         yield Text(f"  {path}", no_wrap=True, overflow="ignore")
 
@@ -169,9 +173,14 @@ def _how_it_was_solved(run: Run) -> str:
     )
 
 
-def _draw(run: Run, tested: Evaluation, on_picture: Callable[[], object]) -> None:
+def _draw(
+    run: Run,
+    tested: Evaluation,
+    on_picture: Callable[[], object],
+    on_note: Callable[[str], object],
+) -> None:
     """Draw the overlaid flights, and film the flight with the median test return."""
-    recorded = finish.record_flights(run, tested, OVERLAID)
+    recorded = finish.record_flights(run, tested, OVERLAID, on_note)
     if recorded is not None and recorded.beside:
         flight_figure.save_flights(
             run.path / FLIGHTS,

@@ -1,6 +1,7 @@
 """The verbs that use a trained policy: `evaluate`, `fly` and `export`."""
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -87,24 +88,32 @@ class Fly:
         """Call `api.flying.fly`."""
         from touchdown.api import flying  # noqa: PLC0415 - heavy libraries load when used
         from touchdown.core import device  # noqa: PLC0415 - heavy libraries load when used
+        from touchdown.envs.frames import NotDrawable  # noqa: PLC0415 - heavy libraries load
 
         device.use(self.device)
         use_engine(self.engine)
-        out = self.out or f"{Path(self.policy).stem}-{self.seed}.gif"
-        flight = flying.fly(
+        out: str | None = self.out or f"{Path(self.policy).stem}-{self.seed}.gif"
+        fly = partial(
+            flying.fly,
             self.policy,
             seed=self.seed,
-            out=out,
             env_id=self.env_id,
             vecnormalize=self.vecnormalize,
             runs_dir=self.runs_dir,
         )
+        try:
+            flight = fly(out=out)
+        except NotDrawable as error:
+            if self.out:
+                raise
+            console.print(f"no film: {error}", markup=False, soft_wrap=True)
+            out, flight = None, fly()
         console.print(
             f"{self.policy} from start {self.seed}: {flight.outcome}, "
             f"return {flight.episode_return:.1f}, {flight.steps} steps, fuel {flight.fuel:.1f}",
             markup=False,
         )
-        if out != "window":
+        if out and out != "window":
             print_indented(console, [out])
 
 

@@ -13,6 +13,7 @@ Device = Literal["cpu", "gpu"]
 _ONE_THREAD = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
 
 _chosen: list[Device] = []
+_started_in: list[int] = []  # the process in which JAX started
 
 
 def chosen() -> Device:
@@ -50,6 +51,23 @@ def _processor() -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
+def check_process() -> None:
+    """Refuse to compute with JAX in a fork of the process that started it, where it would hang.
+
+    JAX computes on threads, which a fork does not copy.
+
+    Raises:
+        UserError: this process is such a fork.
+    """
+    if not _started_in:
+        _started_in.append(os.getpid())
+    elif _started_in[0] != os.getpid():
+        raise UserError(
+            "this process was forked after JAX had started, and networks would hang in it: start "
+            "processes by multiprocessing.get_context('spawn'), or before using a network"
+        )
+
+
 def use_default() -> None:
     """Make JAX compute on the CPU, unless a device was already selected."""
     if not _chosen:
@@ -63,7 +81,7 @@ def use(device: Device) -> None:
     cores to other runs. The selection has no effect once JAX has computed something.
 
     Raises:
-        UserError: this machine has no such device.
+        UserError: this machine has no such device, or this process is a fork (`check_process`).
     """
     if device not in ("cpu", "gpu"):
         raise UserError(f"device {device!r}: must be cpu or gpu")
@@ -76,6 +94,7 @@ def use(device: Device) -> None:
     _keep_compilations(jax.config)
     # passing each small call to another thread costs more than the call
     jax.config.update("jax_cpu_enable_async_dispatch", False)  # noqa: FBT003
+    check_process()
     try:
         jax.devices(device)
     except RuntimeError as error:

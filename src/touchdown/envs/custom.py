@@ -34,10 +34,16 @@ def make(env_id: str, render_mode: str | None) -> Env:
         name = found
     else:
         name = env_id
+    # only a picture needs a render mode, which not every constructor takes
+    arguments: dict[str, Any] = {"render_mode": render_mode} if render_mode else {}
     try:
-        return gymnasium.make(name, render_mode=render_mode, disable_env_checker=True)
-    except (gymnasium.error.Error, ImportError, AttributeError, TypeError, ValueError) as error:
+        return gymnasium.make(name, disable_env_checker=True, **arguments)
+    except gymnasium.error.Error as error:
         raise UserError(f"env_id {env_id!r}: cannot be made: {one_line(error)}") from None
+    except Exception as error:  # a user's constructor may raise anything
+        raise UserError(
+            f"env_id {env_id!r}: cannot be made: {type(error).__name__}: {one_line(error)}"
+        ) from error
 
 
 def name_of(env: EnvLike, name: str = "") -> str:

@@ -1,27 +1,25 @@
 """Makes an environment, and describes it for an agent."""
 
 import warnings
+from contextlib import suppress
 from typing import Any, NamedTuple, cast
 
-import gymnasium
-import numpy as np
 from gymnasium import spaces
-from gymnasium.wrappers import DtypeObservation, FlattenObservation, TimeLimit
+from gymnasium.wrappers import TimeLimit
 
 from touchdown.core.errors import UserError
 from touchdown.core.types import Spaces
 from touchdown.envs import custom
+from touchdown.envs.boundary import Boundary
 from touchdown.lander.engine import Engine
 from touchdown.lander.rules import MAX_EPISODE_STEPS, NUM_ACTIONS, is_lander
 from touchdown.lander.space import observation_space
-
-Env = gymnasium.Env[Any, Any]
 
 
 class MadeEnv(NamedTuple):
     """An environment and the facts that an agent needs about it."""
 
-    env: Env
+    env: Boundary
     spaces: Spaces
 
 
@@ -33,11 +31,12 @@ def make_env(
     """A Gymnasium environment with a flat Box observation and Discrete actions.
 
     A Discrete observation becomes a one-hot Box. An environment without a time limit is truncated
-    after 1,000 steps, because a greedy policy may loop forever.
+    after 1,000 steps, because a greedy policy may loop forever. What it returns is checked at each
+    step (see `Boundary`).
 
     Args:
         env_id: Gymnasium's id, `module:Id`, or `module:function` of a function that makes one.
-        render_mode: Gymnasium's `rgb_array` or `human`; only for stock.
+        render_mode: Gymnasium's `rgb_array` or `human`, if pictures are wanted.
         engine: engine that simulates the lander; other environments are always Gymnasium's.
 
     Raises:
@@ -50,28 +49,36 @@ def make_env(
             env = _exact_lander(render_mode)
         else:
             env = custom.make(env_id, render_mode)
-            if env.spec is None or env.spec.max_episode_steps is None:
-                env = TimeLimit(env, MAX_EPISODE_STEPS)
-    num_states = None
-    if isinstance(env.observation_space, spaces.Discrete):
-        num_states = int(env.observation_space.n)
-        env = DtypeObservation(FlattenObservation(env), np.float32)
-    observation, action = env.observation_space, env.action_space
+    try:
+        return _described(env, env_id)
+    except UserError:
+        with suppress(Exception):  # their code may raise anything
+            env.close()
+        raise
+
+
+def _described(env: custom.Env, env_id: str) -> MadeEnv:
+    observation: Any = getattr(env, "observation_space", None)
+    action: Any = getattr(env, "action_space", None)
     if not isinstance(action, spaces.Discrete):
-        env.close()
         raise UserError(f"env_id {env_id!r}: its action space is {action}, must be Discrete")
-    if not isinstance(observation, spaces.Box) or len(observation.shape) != 1:
-        env.close()
+    action = cast(spaces.Discrete, action)
+    if action.start != 0:
+        raise UserError(f"env_id {env_id!r}: its actions are {action}, must start at 0")
+    num_states = transitions = None
+    if isinstance(observation, spaces.Discrete):
+        num_states = int(cast(spaces.Discrete, observation).n)
+        transitions = getattr(env.unwrapped, "P", None)
+    elif not isinstance(observation, spaces.Box) or len(observation.shape) != 1:
         raise UserError(
             f"env_id {env_id!r}: its observation space is {observation}, "
             "must be a flat Box (one vector of numbers) or Discrete"
         )
-    if action.start != 0:
-        env.close()
-        raise UserError(f"env_id {env_id!r}: its actions are {action}, must start at 0")
-    box = cast(spaces.Box, observation)
-    transitions = None if num_states is None else getattr(env.unwrapped, "P", None)
-    return MadeEnv(env, _describe(box, int(action.n), num_states, transitions))
+    if env.spec is None or env.spec.max_episode_steps is None:
+        env = TimeLimit(env, MAX_EPISODE_STEPS)
+    made = Boundary(env, env_id)
+    box = cast(spaces.Box, made.observation_space)
+    return MadeEnv(made, _describe(box, int(action.n), num_states, transitions))
 
 
 def _describe(
@@ -90,7 +97,7 @@ def _describe(
     )
 
 
-def _exact_lander(render_mode: str | None) -> Env:
+def _exact_lander(render_mode: str | None) -> custom.Env:
     from touchdown.lander.single import LanderEnv  # noqa: PLC0415 - if the engine was built
 
     return LanderEnv(render_mode, max_episode_steps=MAX_EPISODE_STEPS)

@@ -27,7 +27,7 @@ class _Facts(Struct, frozen=True, kw_only=True, rename={"policy": "pilot"}):
     policy: str
     seed: Count
     outcome: Outcome
-    steps_per_second: Annotated[int, Meta(ge=1, le=1_000_000)]
+    steps_per_second: Annotated[float, Meta(gt=0, le=1_000_000)]
 
 
 class Terrain(NamedTuple):
@@ -58,14 +58,16 @@ class Flight:
     """[T]."""
     outcome: Outcome
     """How it ended."""
-    steps_per_second: int
+    steps_per_second: float
     """Steps per second of simulated time."""
     bodies: NDArray[np.float32] | None = None
     """[T + 1, 3, 3]: hull, leg, leg, each x, y (metres) and angle (radians); the lander only."""
     terrain: Terrain | None = None
     """The ground; the lander only."""
     frames: tuple[bytes, ...] | None = None
-    """T + 1 PNG files drawn by the environment; None for the lander, drawn from `bodies`."""
+    """F PNG files drawn by the environment; None for the lander, drawn from `bodies`."""
+    frame_steps: NDArray[np.int64] | None = None
+    """The step of each of `frames`, increasing from 0 to T, [F]; None if they are of every step."""
 
     @property
     def steps(self) -> int:
@@ -166,6 +168,8 @@ def _tensors(flight: Flight) -> Tensors:
     if flight.frames is not None:
         tensors["frames"] = np.frombuffer(b"".join(flight.frames), np.uint8)
         tensors["frame_sizes"] = np.array([len(frame) for frame in flight.frames], np.int64)
+        if flight.frame_steps is not None:
+            tensors["frame_steps"] = flight.frame_steps
     return tensors
 
 
@@ -176,12 +180,17 @@ def _flight(facts: _Facts, tensors: Tensors, prefix: str) -> Flight:
         if name.startswith(prefix)
     }
     steps = len(own["actions"])
+    drawn = own.get("frame_steps", np.arange(steps + 1))
+    if drawn.ndim != 1 or len(drawn) == 0 or drawn[0] != 0 or drawn[-1] != steps:
+        raise ValueError(f"{prefix}frame_steps must be from 0 to {steps}")
+    if (np.diff(drawn) <= 0).any():
+        raise ValueError(f"{prefix}frame_steps must increase")
     shapes = {
         "observations": (steps + 1, *own["observations"].shape[1:]),
         "actions": (steps,),
         "rewards": (steps,),
         "bodies": (steps + 1, 3, 3),
-        "frame_sizes": (steps + 1,),
+        "frame_sizes": drawn.shape,
     }
     for name, shape in shapes.items():
         if name in own and own[name].shape != shape:
@@ -207,4 +216,5 @@ def _flight(facts: _Facts, tensors: Tensors, prefix: str) -> Flight:
         bodies=own.get("bodies"),
         terrain=terrain,
         frames=frames,
+        frame_steps=own.get("frame_steps"),
     )

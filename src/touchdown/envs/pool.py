@@ -81,9 +81,9 @@ class StockEnvPool:
         observations, rewards, terminated, truncated = zip(*stepped, strict=True)
         return StepResult(
             np.stack(observations),
-            np.array(rewards, float),
-            np.array(terminated, bool),
-            np.array(truncated, bool),
+            np.array(rewards),
+            np.array(terminated),
+            np.array(truncated),
         )
 
     def close(self) -> None:

@@ -1,24 +1,31 @@
 """Records one episode: a policy's observations and actions, and the data for pictures."""
 
-import io
+import math
 import os
 from collections.abc import Generator
-from contextlib import contextmanager
-from typing import Any, cast
+from contextlib import closing, contextmanager
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
+from touchdown.core.errors import UserError
 from touchdown.core.types import Policy
 from touchdown.envs import environment, outcome
+from touchdown.envs.boundary import Boundary
 from touchdown.envs.environment import MadeEnv
 from touchdown.envs.flight import Flight, Terrain
+from touchdown.envs.frames import Frames, NotDrawable
 from touchdown.lander import engine as engines
 from touchdown.lander import rules
 
+_USUAL_FPS = 50.0  # of an environment that does not say
+_LEAST_FPS, _MOST_FPS = 1e-3, 1e6
 
-def record_flight(policy: Policy, env_id: str, seed: int, name: str) -> Flight:
+
+def record_flight(
+    policy: Policy, env_id: str, seed: int, name: str, *, drawn: bool = True
+) -> Flight:
     """Record one episode; the lander is simulated by the engine in use.
 
     Args:
@@ -26,27 +33,39 @@ def record_flight(policy: Policy, env_id: str, seed: int, name: str) -> Flight:
         env_id: Gymnasium id.
         seed: environment seed of the start.
         name: name of the policy.
+        drawn: whether pictures are needed. The lander is drawn later, from its positions; any other
+            environment draws them itself, which takes time and memory.
 
     Raises:
-        UserError: there is no such environment, or it cannot be made.
+        UserError: there is no such environment, it cannot be made, or it breaks Gymnasium's rules.
+        NotDrawable: pictures are needed, and the environment gives none.
     """
+    lands = rules.is_lander(env_id)
+    drawn = drawn and not lands
     with _sdl_without_display():
-        if rules.is_lander(env_id):
+        if lands:
             made = environment.make_env(env_id, engine=engines.engine_in_use())
+        elif drawn:
+            made = _made_to_draw(env_id)
         else:
-            made = environment.make_env(env_id, render_mode="rgb_array")
-        try:
-            return fly(made, policy, env_id, seed, name)
-        finally:
-            made.env.close()
+            made = environment.make_env(env_id)
+        with closing(made.env):
+            return fly(made, policy, env_id, seed, name, drawn=drawn)
 
 
-def fly(made: MadeEnv, policy: Policy, env_id: str, seed: int, name: str) -> Flight:
+def fly(
+    made: MadeEnv, policy: Policy, env_id: str, seed: int, name: str, *, drawn: bool = False
+) -> Flight:
     """Record one episode in an environment that is already made; see `record_flight`."""
     env = made.env
-    drawn = env.render_mode == "rgb_array"
+    lands = rules.is_lander(env_id)
+    fps = _steps_per_second(env.metadata)
+    frames = Frames(env, fps) if drawn else None
     observation, _ = env.reset(seed=seed)
-    observations, bodies, frames = [observation], [_bodies(env)], [_frame(env, drawn)]
+    observations = [observation]
+    bodies = [_bodies(env)] if lands else []
+    if frames is not None:
+        frames.look(0)
     actions: list[int] = []
     rewards: list[float] = []
     terminated = truncated = False
@@ -54,11 +73,12 @@ def fly(made: MadeEnv, policy: Policy, env_id: str, seed: int, name: str) -> Fli
         action = int(policy.act(observation[None])[0])
         observation, reward, terminated, truncated, _ = env.step(action)
         actions.append(action)
-        rewards.append(float(reward))
+        rewards.append(reward)
         observations.append(observation)
-        bodies.append(_bodies(env))
-        frames.append(_frame(env, drawn))
-    lands = rules.is_lander(env_id)
+        if lands:
+            bodies.append(_bodies(env))
+        if frames is not None:
+            frames.look(len(actions), last=terminated or truncated)
     return Flight(
         env_id=env_id,
         policy=name,
@@ -66,12 +86,31 @@ def fly(made: MadeEnv, policy: Policy, env_id: str, seed: int, name: str) -> Fli
         observations=np.array(observations, np.float32),
         actions=np.array(actions, np.int64),
         rewards=np.array(rewards, np.float64),
-        outcome=outcome.outcome_of(env_id, observation, rewards[-1], terminated=bool(terminated)),
-        steps_per_second=int(env.metadata.get("render_fps") or 50),
+        outcome=outcome.outcome_of(env_id, observation, rewards[-1], terminated=terminated),
+        steps_per_second=fps,
         bodies=np.array(bodies, np.float32) if lands else None,
         terrain=_terrain(env) if lands else None,
-        frames=tuple(frames) if drawn else None,
+        frames=None if frames is None else frames.files,
+        frame_steps=frames.steps if frames and len(frames.files) <= len(actions) else None,
     )
+
+
+def _made_to_draw(env_id: str) -> MadeEnv:
+    try:
+        return environment.make_env(env_id, render_mode="rgb_array")
+    except UserError as error:  # its constructor may take no render mode
+        raise NotDrawable(str(error)) from error
+
+
+def _steps_per_second(metadata: Any) -> float:
+    """The environment's `render_fps`, or the usual value if it has none that makes sense."""
+    try:
+        fps = float(metadata["render_fps"])
+    except (KeyError, TypeError, ValueError):
+        return _USUAL_FPS
+    if not math.isfinite(fps) or fps <= 0:
+        return _USUAL_FPS
+    return min(max(fps, _LEAST_FPS), _MOST_FPS)
 
 
 @contextmanager
@@ -86,7 +125,7 @@ def _sdl_without_display() -> Generator[None]:
             os.environ.pop("SDL_VIDEODRIVER", None)
 
 
-def _bodies(env: environment.Env) -> list[list[float]] | NDArray[np.float32]:
+def _bodies(env: Boundary) -> list[list[float]] | NDArray[np.float32]:
     inside: Any = env.unwrapped
     if hasattr(inside, "states"):  # ours
         states = inside.states()
@@ -97,15 +136,7 @@ def _bodies(env: environment.Env) -> list[list[float]] | NDArray[np.float32]:
     return [[body.position.x, body.position.y, body.angle] for body in parts]
 
 
-def _frame(env: environment.Env, drawn: bool) -> bytes:
-    if not drawn:
-        return b""
-    file = io.BytesIO()
-    Image.fromarray(cast(NDArray[np.uint8], env.render())).save(file, "PNG", compress_level=1)
-    return file.getvalue()
-
-
-def _terrain(env: environment.Env) -> Terrain:
+def _terrain(env: Boundary) -> Terrain:
     inside: Any = env.unwrapped
     if hasattr(inside, "terrain"):  # ours
         return Terrain(*inside.terrain().T.copy(), *inside.helipad)

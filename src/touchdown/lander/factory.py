@@ -16,7 +16,7 @@ def make(*, engine: Engine | None = None, **settings: Any) -> gymnasium.Env[Any,
         engine: `exact` or `gymnasium` (stock); by default `exact` if it was built. Both give
             the same results to the last bit.
         settings: stock's `continuous`, `gravity`, `enable_wind`, `wind_power`, `turbulence_power`,
-            and `render_mode` for stock.
+            and `render_mode`.
 
     Raises:
         UserError: there is no such engine, or the exact one was not built.

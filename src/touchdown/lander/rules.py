@@ -20,6 +20,21 @@ def is_lander(env_id: str) -> bool:
     return env_id in LANDER_IDS
 
 
+def limit_of(max_episode_steps: int | None) -> int:
+    """A time limit in steps; None and Gymnasium's -1 are more than any episode has.
+
+    Raises:
+        ValueError: it is neither -1 nor at least 1.
+    """
+    if max_episode_steps is None or max_episode_steps == -1:
+        return int(np.iinfo(np.int64).max)
+    if max_episode_steps < 1:
+        raise ValueError(
+            f"max_episode_steps = {max_episode_steps}: must be at least 1, or -1 for no limit"
+        )
+    return max_episode_steps
+
+
 def fuel_of(actions: NDArray[np.integer]) -> float:
     """Return points spent on the engines over an episode's actions [T]."""
     main = np.count_nonzero(actions == MAIN_ENGINE)

@@ -1,44 +1,48 @@
-"""The frame of a snapshot: what it is of, its version, and a digest of all its bytes."""
+"""A snapshot's envelope: what it is of, its version, and a digest of all that it holds."""
 
-import hashlib
-import struct
+from hashlib import blake2b
 
-_VERSION = 2
-_HEADER = struct.Struct("<8sI8s")  # magic, version, digest
+SNAPSHOT_VERSION = 2
+_MAGIC_BYTES, _VERSION_BYTES, _DIGEST_BYTES = 8, 4, 16
+_ENVELOPE_BYTES = _MAGIC_BYTES + _VERSION_BYTES + _DIGEST_BYTES
 
 
 def seal(magic: bytes, content: bytes) -> bytes:
-    """A snapshot with this content.
+    """Put the content of a snapshot into its envelope.
 
     Args:
         magic: 8 bytes that say what the snapshot is of.
-        content: the state.
+        content: any bytes.
     """
-    return _HEADER.pack(magic, _VERSION, _digest(content)) + content
+    return _head(magic) + _digest(magic, content) + content
 
 
-def unseal(magic: bytes, snapshot: bytes, what: str) -> bytes:
-    """The content that was given to `seal`.
+def unseal(magic: bytes, snapshot: bytes) -> bytes:
+    """The content of a snapshot that `seal` made.
+
+    The digest detects accidents, and is no defence against intent.
 
     Args:
-        magic: the 8 bytes that were given to `seal`.
-        snapshot: the bytes, from any source.
-        what: description of what the snapshot must be of, for the error message.
+        magic: as given to `seal`.
+        snapshot: bytes from anywhere.
 
     Raises:
-        ValueError: the bytes are something else, of another version, or damaged.
+        ValueError: they are of something else, of another version, or any bit has changed.
     """
-    if len(snapshot) < _HEADER.size or not snapshot.startswith(magic):
-        raise ValueError(f"not a snapshot of {what}")
-    _, version, digest = _HEADER.unpack_from(snapshot)
-    if version != _VERSION:
-        raise ValueError(f"snapshot version {version}: must be {_VERSION}")
-    content = bytes(snapshot[_HEADER.size :])
-    if digest != _digest(content):
+    if snapshot[:_MAGIC_BYTES] != magic:
+        raise ValueError("not a snapshot of such a lander")
+    version = int.from_bytes(snapshot[_MAGIC_BYTES : _MAGIC_BYTES + _VERSION_BYTES], "little")
+    if version != SNAPSHOT_VERSION:
+        raise ValueError(f"snapshot version {version}: must be {SNAPSHOT_VERSION}")
+    content = snapshot[_ENVELOPE_BYTES:]
+    if snapshot[len(_head(magic)) : _ENVELOPE_BYTES] != _digest(magic, content):
         raise ValueError("the snapshot is damaged")
     return content
 
 
-def _digest(content: bytes) -> bytes:
-    """It detects accidents; it is no defence against intent."""
-    return hashlib.blake2b(content, digest_size=8).digest()
+def _head(magic: bytes) -> bytes:
+    return magic + SNAPSHOT_VERSION.to_bytes(_VERSION_BYTES, "little")
+
+
+def _digest(magic: bytes, content: bytes) -> bytes:
+    return blake2b(magic + content, digest_size=_DIGEST_BYTES).digest()

@@ -2,6 +2,8 @@
 
 import struct
 from collections.abc import Sequence
+from copy import deepcopy
+from itertools import combinations
 from typing import Any, NamedTuple, Self, cast
 
 import gymnasium
@@ -12,8 +14,16 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from touchdown.core.types import FloatArray
+from touchdown.lander import picture
 from touchdown.lander._engine import Batch
-from touchdown.lander.rules import BEGIN, MAX_EPISODE_STEPS, NOTHING, OBSERVATION_SIZE, STEP
+from touchdown.lander.rules import (
+    BEGIN,
+    MAX_EPISODE_STEPS,
+    NOTHING,
+    OBSERVATION_SIZE,
+    STEP,
+    limit_of,
+)
 from touchdown.lander.snapshots import seal, unseal
 from touchdown.lander.space import (
     LanderStates,
@@ -23,9 +33,11 @@ from touchdown.lander.space import (
     read_terrain,
 )
 from touchdown.lander.stock import FPS
+from touchdown.lander.turn import Turn
 
-_SNAPSHOT_MAGIC = b"TDVECTOR"
-_CLOCK = struct.Struct("<qq")  # the step count, and whether the episode has ended
+_MAGIC = b"TDVECTOR"
+_CLOCK = struct.Struct("<q?")  # step count, and whether the episode has ended
+_OBSERVATION_BYTES = 4 * OBSERVATION_SIZE
 
 
 class StepArrays(NamedTuple):
@@ -50,12 +62,15 @@ class StepArrays(NamedTuple):
 class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
     """N landers that behave like a `SyncVectorEnv` of stock environments with a time limit.
 
+    A copy or a pickle of it flies on identically. One thread at a time may use it; `num_threads`
+    is about the engine's own.
+
     Args:
         num_envs: N.
-        max_episode_steps: the time limit, in steps.
+        max_episode_steps: the time limit, in steps; -1 is none.
         autoreset_mode: Gymnasium's autoreset mode.
         num_threads: threads that share the landers; results do not depend on it.
-        render_mode: must be None; films are made from recorded flights.
+        render_mode: `rgb_array`, or None if no pictures are wanted.
         continuous: whether an action is a pair of throttles, [main engine, side engine].
         gravity: between -12 and 0, m/s².
         enable_wind: whether there is wind.
@@ -80,35 +95,31 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
         wind_power: float = 15.0,
         turbulence_power: float = 1.5,
     ) -> None:
-        if render_mode is not None:
-            raise ValueError(
-                f"render_mode {render_mode!r}: must be None; films are made from recorded flights"
-            )
-        if max_episode_steps < 1:
-            raise ValueError(f"max_episode_steps = {max_episode_steps}: must be at least 1")
-        self._batch = Batch(
-            num_envs,
-            num_threads=num_threads,
-            continuous=continuous,
-            gravity=gravity,
-            enable_wind=enable_wind,
-            wind_power=wind_power,
-            turbulence_power=turbulence_power,
-        )
+        picture.check_render_mode(render_mode)
+        self._settings: dict[str, Any] = {
+            "num_threads": num_threads,
+            "continuous": continuous,
+            "gravity": gravity,
+            "enable_wind": enable_wind,
+            "wind_power": wind_power,
+            "turbulence_power": turbulence_power,
+        }
+        self._batch = Batch(num_envs, **self._settings)
+        self._turn = Turn()
         self.num_envs = num_envs
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {
-            "render_modes": [],
+            "render_modes": list(picture.RENDER_MODES),
             "render_fps": FPS,
             "autoreset_mode": self.autoreset_mode,
         }
-        self.render_mode = None
+        self.render_mode = render_mode
         self.single_observation_space = observation_space()
         self.single_action_space = action_space(continuous=continuous)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.closed = False
-        self._limit = max_episode_steps
+        self._limit = limit_of(max_episode_steps)
         self._actions: NDArray[Any] = (
             np.zeros((num_envs, 2), np.float32) if continuous else np.zeros(num_envs, np.int64)
         )
@@ -132,17 +143,19 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
 
         Raises:
             ValueError: the number of seeds is not N, or the mask has another shape or type.
+            RuntimeError: another thread is using the environment.
         """
         self._need_open()
         seeds = self._seeds(seed)
         mask = self._mask(options)
-        for i, (given, chosen) in enumerate(zip(seeds, mask.tolist(), strict=True)):
-            if chosen and given is not None:
-                self._batch.seed(i, int(given))
-        self._tasks[:] = np.where(mask, BEGIN, NOTHING)
-        self._begin()
-        self._ended &= ~mask
-        return self._observations.copy(), {}
+        with self._turn:
+            for i, (given, chosen) in enumerate(zip(seeds, mask.tolist(), strict=True)):
+                if chosen and given is not None:
+                    self._batch.seed(i, int(given))
+            self._tasks[:] = np.where(mask, BEGIN, NOTHING)
+            self._begin()
+            self._ended &= ~mask
+            return self._observations.copy(), {}
 
     def step(
         self, actions: NDArray[Any], *, out: StepArrays | None = None
@@ -154,10 +167,17 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
             out: arrays to write to and return; new ones if None.
 
         Raises:
-            ValueError: the actions or arrays have another shape or type, an action is out of range,
-                or an episode has ended and autoreset is disabled.
+            ValueError: the actions or arrays have another shape or type, arrays share memory, an
+                action is out of range, or an episode has ended and autoreset is disabled.
+            RuntimeError: another thread is using the environment.
         """
         self._need_open()
+        with self._turn:
+            return self._step(actions, out)
+
+    def _step(
+        self, actions: NDArray[Any], out: StepArrays | None
+    ) -> tuple[FloatArray, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
         if self.autoreset_mode == AutoresetMode.DISABLED and self._ended.any():
             raise ValueError("environments whose episode ended must be reset before a step")
         self._take(actions)
@@ -190,6 +210,22 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
     def close_extras(self, **kwargs: Any) -> None:
         """Do nothing: the engine holds memory only."""
 
+    def render(self) -> tuple[NDArray[np.uint8], ...] | None:
+        """A picture of each lander as it is now, RGB, [400, 600, 3]; None without a render mode.
+
+        Raises:
+            DependencyNotInstalled: the libraries for drawing are missing.
+        """
+        self._need_open()
+        if self.render_mode is None:
+            return None
+        with self._turn:
+            states = self.states()
+            return tuple(
+                picture.draw(states, i, self.terrain(i), int(self._steps[i]))
+                for i in range(self.num_envs)
+            )
+
     def states(self) -> LanderStates:
         """The physical states of all landers."""
         return read_states(self._batch)
@@ -204,9 +240,10 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
 
     def snapshot(self, index: int) -> bytes:
         """The complete state of one environment: physics, generator, step count, observation."""
-        clock = _CLOCK.pack(int(self._steps[index]), int(self._ended[index]))
-        content = clock + self._observations[index].tobytes() + self._batch.snapshot(index)
-        return seal(_SNAPSHOT_MAGIC, content)
+        with self._turn:
+            lander = self._batch.snapshot(index)
+            clock = _CLOCK.pack(self._steps[index], self._ended[index])
+            return seal(_MAGIC, clock + self._observations[index].tobytes() + lander)
 
     def restore(self, index: int, snapshot: bytes) -> None:
         """Continue one environment from a snapshot; nothing changes if the snapshot is refused.
@@ -214,15 +251,19 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
         Raises:
             ValueError: the bytes are not a snapshot of an environment with these settings.
         """
-        content = unseal(_SNAPSHOT_MAGIC, snapshot, "a vector environment's lander")
+        content = unseal(_MAGIC, snapshot)
         steps, ended = _CLOCK.unpack_from(content)
-        if not 0 <= steps <= self._limit or ended not in (0, 1):
-            raise ValueError(f"the snapshot is damaged: {steps} of at most {self._limit} steps")
-        physics = _CLOCK.size + OBSERVATION_SIZE * 4
-        self._batch.restore(index, content[physics:])
-        self._steps[index] = steps
-        self._ended[index] = bool(ended)
-        self._observations[index] = np.frombuffer(content[_CLOCK.size : physics], np.float32)
+        if steps > self._limit:
+            raise ValueError(f"the snapshot has {steps} steps, must be at most {self._limit}")
+        observation, lander = (
+            content[_CLOCK.size : _CLOCK.size + _OBSERVATION_BYTES],
+            content[_CLOCK.size + _OBSERVATION_BYTES :],
+        )
+        with self._turn:
+            self._batch.restore(index, lander)
+            self._steps[index] = steps
+            self._ended[index] = ended
+            self._observations[index] = np.frombuffer(observation, np.float32)
 
     def copy_state(self, index: int, to: Sequence[int]) -> None:
         """Copy the state of one environment to others: physics, generator and step count.
@@ -230,9 +271,32 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
         Raises:
             IndexError: there is no such environment.
         """
-        self._batch.copy(index, to)
-        for values in (self._steps, self._ended, self._observations):
-            values[list(to)] = values[index]
+        with self._turn:
+            self._batch.copy(index, to)
+            for values in (self._steps, self._ended, self._observations):
+                values[list(to)] = values[index]
+
+    def __copy__(self) -> Self:
+        """A copy of its own: a shallow one would share the arrays that a step writes to."""
+        return deepcopy(self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """All attributes; snapshots stand for the engine."""
+        own = {name: value for name, value in vars(self).items() if name not in ("_batch", "_turn")}
+        return own | {"snapshots": [self.snapshot(index) for index in range(self.num_envs)]}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Fly on from what `__getstate__` gave.
+
+        Raises:
+            ValueError: a snapshot is damaged.
+        """
+        snapshots = state.pop("snapshots")
+        vars(self).update(state)
+        self._turn = Turn()
+        self._batch = Batch(self.num_envs, **self._settings)
+        for index, snapshot in enumerate(snapshots):
+            self.restore(index, snapshot)
 
     def _need_open(self) -> None:
         if self.closed:
@@ -283,6 +347,8 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
 
     def _checked(self, out: StepArrays) -> StepArrays:
         for name, given, wanted in zip(StepArrays._fields, out, self._unused, strict=True):
+            if not isinstance(cast(object, given), np.ndarray):
+                raise ValueError(f"out.{name} is a {type(given).__name__}, must be an array")
             if (given.shape, given.dtype) != (wanted.shape, wanted.dtype):
                 raise ValueError(
                     f"out.{name} is {given.dtype}{given.shape}, "
@@ -290,4 +356,9 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
                 )
             if not (given.flags.c_contiguous and given.flags.writeable):
                 raise ValueError(f"out.{name} must be contiguous and writable")
+        for (name, one), (other_name, other) in combinations(
+            zip(StepArrays._fields, out, strict=True), 2
+        ):
+            if np.may_share_memory(one, other):  # exact, as they are contiguous
+                raise ValueError(f"out.{name} and out.{other_name} must not share memory")
         return out

@@ -15,7 +15,7 @@ from touchdown.agents.states import states_of
 from touchdown.config import toml
 from touchdown.config.config import Config
 from touchdown.config.sections import NetworkConfig, TableConfig
-from touchdown.core import files, finite, limits, plugins, records
+from touchdown.core import device, files, finite, limits, plugins, records
 from touchdown.core.errors import UserError, one_line
 from touchdown.core.seeding import streams
 from touchdown.core.types import Described, FloatArray, Policy, Spaces, Tensors
@@ -105,8 +105,8 @@ def read_weights(path: Path) -> Weights:
     """The contents of a file from `save_weights`.
 
     Raises:
-        UserError: it is truncated, of another version, not a touchdown policy, or it names code
-            that the user did not name.
+        UserError: it is truncated, of another version, not a touchdown policy, it names code that
+            the user did not name, or this process was forked after JAX had started.
     """
     tensors, metadata = _read(path)
     where = f"{path}: not a policy's weights"
@@ -123,6 +123,8 @@ def read_weights(path: Path) -> Weights:
     config = toml.replace_fields(_KINDS[name](), values, where)
     env_id = metadata.env_id
     spaces = environment.spaces_of(env_id)
+    if isinstance(config, NetworkConfig):
+        device.check_process()
     try:
         if isinstance(config, TableConfig):
             model = QTable(states_of(config, spaces), spaces.num_actions, config)

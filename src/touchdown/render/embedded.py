@@ -24,8 +24,11 @@ def film_html(flight: Flight) -> str:
     The film is made when it is first shown, and kept as long as the flight.
 
     Args:
-        flight: the flight; if its film is too large, its last picture is shown instead.
+        flight: the flight; if its film is too large, its last picture is shown instead, and if it
+            was recorded without pictures, none.
     """
+    if flight.frames is None and flight.bodies is None:
+        return notebook.figure_html("", flight.facts)
     if flight not in _made:
         _made[flight] = notebook.figure_html(_picture(flight), flight.facts)
     return _made[flight]

@@ -25,6 +25,7 @@ from touchdown.envs.recorder import fly
 from touchdown.render.scene import Scene
 
 HOLD_SECONDS = 1.2  # the last picture is held, so that the outcome can be read
+MOST_SECONDS = 600.0  # of a film: GIF cannot show one picture for longer than 655 s
 _SUFFIXES = (".gif", ".mp4")
 _GIF_FPS, _MP4_FPS = 25, 50
 _MP4_SCALE, _POSTER_SCALE = 1.5, 2.0  # 900 and 1200 pixels wide
@@ -57,6 +58,8 @@ def check_video_path(path: Path) -> None:
 
 def write_video(flights: Flight | Sequence[Flight], path: Path) -> None:
     """Write flights, one after the other, as a film in real time.
+
+    A film of more than ten minutes is sped up.
 
     Args:
         flights: one or several flights of the same environment.
@@ -91,7 +94,8 @@ def write_gif(
     durations: list[int] = []
 
     def frames() -> Iterator[Image.Image]:
-        film = chain.from_iterable(pictures(flight, fps, scale) for flight in shown)
+        speed = _speed(shown)
+        film = chain.from_iterable(pictures(flight, fps, scale, speed) for flight in shown)
         for image, seconds in film:
             # GIF counts hundredths of a second; the writer reads a duration after its picture
             durations.append(10 * round(100 * seconds))
@@ -124,24 +128,30 @@ def write_mp4(flights: Flight | Sequence[Flight], path: Path, fps: int = _MP4_FP
         UserError: the file cannot be written.
     """
     shown = _as_sequence(flights)
-    film = chain.from_iterable(pictures(flight, fps, _MP4_SCALE) for flight in shown)
-    rate = Fraction(shown[0].steps_per_second, _stride(shown[0], fps))
+    speed = _speed(shown)
+    film = chain.from_iterable(pictures(flight, fps, _MP4_SCALE, speed) for flight in shown)
+    steps_per_second = Fraction(shown[0].steps_per_second * speed).limit_denominator(1_000)
+    rate = steps_per_second / _stride(shown[0], fps, speed)
     _write(path, lambda temporary: _encode(temporary, film, rate))
 
 
-def pictures(flight: Flight, fps: float = _GIF_FPS, scale: float = 1.0) -> Iterator[Picture]:
-    """The pictures of a film of one flight, in real time; the last one is held.
+def pictures(
+    flight: Flight, fps: float = _GIF_FPS, scale: float = 1.0, speed: float = 1.0
+) -> Iterator[Picture]:
+    """The pictures of a film of one flight; the last one is held.
 
     Args:
         flight: the flight to show.
         fps: maximum number of pictures per second.
         scale: 1 is 600 pixels wide; no effect on an environment that draws its own frames.
+        speed: 1 is real time.
     """
-    stride = _stride(flight, fps)
+    stride = _stride(flight, fps, speed)
     steps = [*range(0, flight.steps, stride), flight.steps]
     for image, step in zip(_images(flight, steps, scale), steps, strict=True):
         last = step == flight.steps
-        yield Picture(image, HOLD_SECONDS if last else stride / flight.steps_per_second)
+        shown = stride / (flight.steps_per_second * speed)
+        yield Picture(image, HOLD_SECONDS if last else shown)
 
 
 def poster(flight: Flight, scale: float = _POSTER_SCALE) -> Image.Image:
@@ -171,6 +181,11 @@ def show_window(env_id: str, policy: Policy, seed: int, name: str) -> Flight:
     _check_display()
     made = environment.make_env(env_id, render_mode="human")
     try:
+        if made.env.render_mode != "human":
+            raise UserError(
+                f"out = window: environment {env_id} opens no window (its render_mode is "
+                f"{made.env.render_mode!r})"
+            )
         flight = fly(made, policy, env_id, seed, name)
         time.sleep(HOLD_SECONDS)
     finally:
@@ -201,13 +216,21 @@ def _as_sequence(flights: Flight | Sequence[Flight]) -> Sequence[Flight]:
     return [flights] if isinstance(flights, Flight) else flights
 
 
-def _stride(flight: Flight, fps: float) -> int:
-    return max(1, round(flight.steps_per_second / fps))
+def _speed(flights: Sequence[Flight]) -> float:
+    """How many times faster than real time a film of these flights is."""
+    return max(1.0, sum(each.steps / each.steps_per_second for each in flights) / MOST_SECONDS)
+
+
+def _stride(flight: Flight, fps: float, speed: float) -> int:
+    return max(1, round(flight.steps_per_second * speed / fps))
 
 
 def _images(flight: Flight, steps: Sequence[int], scale: float = 1.0) -> Iterator[Image.Image]:
     if flight.frames is not None:
-        yield from (_opened(flight.frames[step]) for step in steps)
+        drawn = flight.frame_steps
+        # the latest picture at or before each step
+        at = steps if drawn is None else (np.searchsorted(drawn, steps, "right") - 1).tolist()
+        yield from (_opened(flight.frames[index]) for index in at)
         return
     scene = Scene(flight, scale)
     for since, step in pairwise([0, *steps]):

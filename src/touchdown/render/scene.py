@@ -78,7 +78,7 @@ class Scene:
     def ghosts(self) -> list[int]:
         """Steps half a second apart, in increasing order, at which ghosts do not overlap."""
         apart = [self.flight.steps]
-        stride = round(_GHOST_SECONDS * self.flight.steps_per_second)
+        stride = max(1, round(_GHOST_SECONDS * self.flight.steps_per_second))
         for step in range(self.flight.steps - stride, -1, -stride):
             if min(dist(self._hull(step), self._hull(other)) for other in apart) > _GHOST_DISTANCE:
                 apart.append(step)

@@ -65,6 +65,7 @@ def machine_facts() -> tuple[tuple[str, str], ...]:
             "machine",
             f"{cpu_name()}, {threads.available()} cores, Python {platform.python_version()}",
         ),
+        ("repeats", "the same bytes on this machine; another kind of processor rounds differently"),
         ("versions", ", ".join(map(" ".join, installation.versions(_PACKAGES).items()))),
         ("lander", f"trained on {engines.engine_in_use()}, tested on stock Gymnasium"),
     )

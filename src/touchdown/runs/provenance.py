@@ -11,7 +11,7 @@ from msgspec import Struct, field
 from touchdown.config.config import Config
 from touchdown.core import device, installation, records, threads
 from touchdown.core.records import Count
-from touchdown.lander.engine import Engine, engine_in_use
+from touchdown.lander.engine import Engine, engine_built, engine_in_use
 from touchdown.lander.rules import is_lander
 
 FORMAT_VERSION = 1
@@ -45,10 +45,13 @@ class Provenance(Struct, frozen=True, kw_only=True):
     """Number of cores that the run could use."""
     engine: Engine = "gymnasium"
     """Engine that simulated the training episodes."""
+    simd: str | None = None
+    """Instruction set of the C++ code; None if it was not built. The engine gives the same bytes
+    with each, fused updates round differently."""
     device: str = ""
     """Device that JAX computed on."""
     threads: Count | None = None
-    """Threads that JAX computed with; None on a GPU, where JAX decides."""
+    """Threads that the run could use, on which results do not depend; None on a GPU."""
 
 
 def provenance_of(config: Config) -> Provenance:
@@ -63,6 +66,7 @@ def provenance_of(config: Config) -> Provenance:
         cpu=cpu_name(),
         cpus_available=threads.available(),
         engine=engine_in_use() if is_lander(config.env_id) else "gymnasium",
+        simd=_simd(),
         device=device.chosen(),
         threads=threads.threads() if device.chosen() == "cpu" else None,
     )
@@ -98,6 +102,14 @@ def _git_commit() -> str | None:
             return None
         said = done.stdout.strip()
     return said or None
+
+
+def _simd() -> str | None:
+    if not engine_built():
+        return None
+    from touchdown.lander._engine import simd  # noqa: PLC0415 - it may not have been built
+
+    return simd()
 
 
 def cpu_name() -> str:

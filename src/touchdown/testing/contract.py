@@ -23,6 +23,7 @@ from touchdown.core import device, plugins
 from touchdown.core.errors import UserError
 from touchdown.core.seeding import Streams, streams
 from touchdown.core.types import FloatArray, Spaces, Tensors
+from touchdown.envs.boundary import Boundary
 from touchdown.envs.environment import MadeEnv
 from touchdown.envs.episodes import Underway
 from touchdown.envs.pool import StockEnvPool
@@ -110,7 +111,7 @@ class _Setup(NamedTuple):
 
 def _set_up(config: Config) -> _Setup:
     generators = streams(config.seed)
-    pool = StockEnvPool([MadeEnv(Chain(), _SPACES) for _ in range(_NUM_ENVS)])
+    pool = StockEnvPool([MadeEnv(Boundary(Chain(), "Chain"), _SPACES) for _ in range(_NUM_ENVS)])
     return _Setup(make_agent(config, _SPACES, generators), generators, pool)
 
 

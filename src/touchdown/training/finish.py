@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import msgspec
 
 from touchdown.core import records
+from touchdown.core.errors import UserError
 from touchdown.core.starts import TEST_STARTS
-from touchdown.envs import custom, environment, recorder
+from touchdown.envs import custom, recorder
 from touchdown.envs import flight as flights
 from touchdown.envs.flight import Flight
 from touchdown.evaluation import evaluation as evaluations
@@ -107,13 +108,19 @@ class RecordedFlights:
     """Flights of the agent and of the PID from the same starts, by policy name; lander only."""
 
 
-def record_flights(run: Run, tested: Evaluation, num_beside: int = 0) -> RecordedFlights | None:
+def record_flights(
+    run: Run,
+    tested: Evaluation,
+    num_beside: int = 0,
+    on_note: Callable[[str], object] = lambda _: None,
+) -> RecordedFlights | None:
     """Record the flights for the pictures in `flights.safetensors`, the median one first.
 
     Args:
         run: a run whose test is finished.
         tested: evaluation of the selected checkpoint.
         num_beside: test starts that the agent and the PID both fly.
+        on_note: called with a line that says why there is no film, if there is none.
 
     Returns:
         The flights; None if the environment cannot be drawn, in which case the file has no flights.
@@ -122,11 +129,13 @@ def record_flights(run: Run, tested: Evaluation, num_beside: int = 0) -> Recorde
         UserError: the run's files are broken, or the file cannot be written.
     """
     policy = run.policy
-    if not _is_drawable(policy.env_id):
+    start = evaluations.median_start(tested)
+    try:
+        median = recorder.record_flight(policy.policy, policy.env_id, start, policy.name)
+    except UserError as error:  # the run has its results: a film is no reason to lose them
+        on_note(f"no film: {error}")
         flights.save_flights(run.folder.flights, [])
         return None
-    start = evaluations.median_start(tested)
-    median = recorder.record_flight(policy.policy, policy.env_id, start, policy.name)
     beside: dict[str, list[Flight]] = {}
     if num_beside and rules.is_lander(policy.env_id):
         for each in (policy, lookup.load("pid")):
@@ -137,18 +146,6 @@ def record_flights(run: Run, tested: Evaluation, num_beside: int = 0) -> Recorde
     recorded = [median, *(flight for group in beside.values() for flight in group)]
     flights.save_flights(run.folder.flights, recorded)
     return RecordedFlights(median, beside)
-
-
-def _is_drawable(env_id: str) -> bool:
-    if rules.is_lander(env_id):
-        return True  # we draw it ourselves, from the positions of its bodies
-    env, _ = environment.make_env(env_id)
-    env.close()
-    if "rgb_array" not in (env.metadata.get("render_modes") or ()):
-        return False
-    env, _ = environment.make_env(env_id, render_mode="rgb_array")
-    env.close()
-    return env.render_mode == "rgb_array"  # a user's function may take no mode
 
 
 def save_curve(run: Run, title: str) -> None:
