@@ -5,7 +5,6 @@ A logger is a `Listener`: an object with `log(step, scalars)` and `close()`.
 
 import hashlib
 import os
-import sys
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,7 +15,7 @@ from tensorboardX.event_file_writer import EventsWriter
 from tensorboardX.proto import event_pb2
 from tensorboardX.summary import scalar  # pyright: ignore[reportUnknownVariableType]
 
-from touchdown.core import files, reading
+from touchdown.core import files, limits, reading
 from touchdown.core.errors import UserError
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.rows import EpisodeRow, UpdateRow, ValidationRow
@@ -47,7 +46,7 @@ class Saved:
             if not name.endswith(".jsonl"):
                 continue
             path = folder / name
-            data = files.read_bytes(path, sys.maxsize)[:size] if path.exists() else b""
+            data = reading.read_bytes(path, limits.RECORD_BYTES)[:size] if path.exists() else b""
             if len(data) < size:
                 raise UserError(f"{path}: altered; it is shorter than its checkpoint says")
             if name in self.sha256 and hashlib.sha256(data).hexdigest() != self.sha256[name]:
