@@ -14,6 +14,7 @@ from numpy.testing import assert_allclose
 from touchdown.core.errors import UserError
 from touchdown.policies.foreign.archive import Archive
 from touchdown.policies.foreign.sb3 import read_sb3
+from touchdown.policies.foreign.sb3_facts import read_facts
 from touchdown.policies.foreign.torch_state import read_state
 
 SAVED = Path(__file__).parent / "sb3"  # by Stable-Baselines3 itself; see make_sb3.py
@@ -213,6 +214,20 @@ def test_a_policy_trained_without_vecnormalize_needs_no_statistics(tmp_path):
     path = rewritten(NORMALISED, tmp_path / "ppo.zip", forget)
     expected = read_sb3(NORMALISED, ENV_ID, "none").act(OBSERVATIONS)
     assert read_sb3(path, ENV_ID).act(OBSERVATIONS).tolist() == expected.tolist()
+
+
+@pytest.mark.parametrize(
+    ("data", "normalised"),
+    [
+        (b'{"_last_obs": {"a": 1}, "_last_original_obs": {"a": 1}}', True),
+        (b'{"_last_obs": null, "_last_original_obs": {"a": 1}}', True),  # loaded and saved again
+        (b'{"_last_obs": {"a": 1}, "_last_original_obs": null}', False),
+        (b'{"_last_obs": null, "_last_original_obs": null}', None),  # never trained
+        (b'{"_last_obs": {"a": 1}}', None),
+    ],
+)
+def test_an_archive_of_ppo_shows_whether_its_training_normalised(data, normalised):
+    assert read_facts(data).normalised is normalised
 
 
 @pytest.mark.parametrize(
