@@ -1,6 +1,8 @@
 """A table of faults × verbs: what the command line does when it is killed, or its disk fails.
 
-Usage: python tests/faults/table.py [FILE]
+Usage: python tests/faults/table.py [FILE [VERB ...]]
+
+The table is written into FILE after each verb; without names, all verbs are tried.
 
 Each cell starts a verb in a copy of the same folder, lets the fault happen, and looks at the exit
 code, the lines on stderr, the files that were there before, and the processes that are left. Where
@@ -89,7 +91,7 @@ VERBS = {
         "runs/part/checkpoints/*/state.json",
         "runs/part/lock",
     ),
-    "evaluate": Verb(("evaluate", "whole", "--episodes=20000"), "", (), WEIGHTS),
+    "evaluate": Verb(("evaluate", "whole", "--episodes=3000"), "", (), WEIGHTS),
     "fly": Verb(("fly", "whole", "--out=film.gif"), ".film.*", ("film.gif",), WEIGHTS),
     "export": Verb(
         ("export", "whole", "--format=safetensors", "--out=model"),
@@ -431,16 +433,40 @@ def markdown(table: dict[tuple[str, str], Seen], seconds: float) -> str:
     lines = [
         f"| | {' | '.join(FAULTS)} |",
         f"| --- |{' --- |' * len(FAULTS)}",
-        *(f"| `{verb}` | {' | '.join(table[verb, f].text for f in FAULTS)} |" for verb in VERBS),
+        *(
+            f"| `{verb}` | {' | '.join(table[verb, f].text for f in FAULTS)} |"
+            for verb in dict.fromkeys(verb for verb, _ in table)
+        ),
         "",
         f"{len(tried)} cases in {seconds:.0f} s: {', '.join(counts)}.",
     ]
     return "\n".join(lines) + "\n"
 
 
+def try_verb(name: str, base: Path, table: dict[tuple[str, str], Seen]) -> None:
+    """Let a verb meet each fault."""
+    verb = VERBS[name]
+    folder = base.parent / name.replace(" ", "-")
+    shutil.copytree(base, folder)
+    cell = Cell(verb, folder)
+    cell.end(cell.start(), (0,))
+    if cell.seen.odd:
+        raise SystemExit(f"{name} without a fault: {cell.seen.odd}")
+    wanted = hashes(folder, verb.made)
+    for fault in FAULTS:
+        if fault in ON_A_DISK and os.geteuid() != 0:
+            table[name, fault] = Seen("not tried")
+            continue
+        seen = table[name, fault] = meet(name, fault, base, wanted)
+        for odd in [*seen.odd, *(f"lost: {path}" for path in seen.lost)]:
+            sys.stderr.write(f"{name} × {fault}: {odd}\n")
+            sys.stderr.flush()
+
+
 def main() -> None:
     """Try everything, and print or write the table."""
     began = time.monotonic()
+    out = Path(sys.argv[1]).absolute() if len(sys.argv) > 1 else None
     warnings.simplefilter("ignore")  # JAX warns of forks, but computes only after them
     for name in PRELOADED:
         importlib.import_module(name)
@@ -448,25 +474,11 @@ def main() -> None:
     with tempfile.TemporaryDirectory(prefix="touchdown-faults-") as name:
         base = Path(name) / "base"
         prepare(base)
-        for verb, of in VERBS.items():
-            folder = base.parent / verb.replace(" ", "-")
-            shutil.copytree(base, folder)
-            cell = Cell(of, folder)
-            cell.end(cell.start(), (0,))
-            if cell.seen.odd:
-                raise SystemExit(f"{verb} without a fault: {cell.seen.odd}")
-            wanted = hashes(folder, of.made)
-            for fault in FAULTS:
-                if fault in ON_A_DISK and os.geteuid() != 0:
-                    table[verb, fault] = Seen("not tried")
-                    continue
-                seen = table[verb, fault] = meet(verb, fault, base, wanted)
-                for odd in [*seen.odd, *(f"lost: {path}" for path in seen.lost)]:
-                    sys.stderr.write(f"{verb} × {fault}: {odd}\n")
-    text = markdown(table, time.monotonic() - began)
-    sys.stdout.write(text)
-    if len(sys.argv) > 1:
-        Path(sys.argv[1]).write_text(text, "utf-8")
+        for verb in sys.argv[2:] or VERBS:
+            try_verb(verb, base, table)
+            if out is not None:
+                out.write_text(markdown(table, time.monotonic() - began), "utf-8")
+    sys.stdout.write(markdown(table, time.monotonic() - began))
     raise SystemExit(any(s.odd or s.lost or s.left or s.tracebacks for s in table.values()))
 
 
