@@ -17,6 +17,7 @@ from gymnasium.vector import AsyncVectorEnv, AutoresetMode
 
 import touchdown.lander
 from touchdown.lander.single import LanderEnv
+from touchdown.lander.snapshots import seal
 from touchdown.lander.vector import LanderVectorEnv, StepArrays
 
 WINDY = {"continuous": True, "enable_wind": True, "gravity": -6.0}
@@ -73,6 +74,13 @@ def test_a_copy_before_the_first_reset_begins_as_the_original(make):
         copy.deepcopy(env).reset()
 
 
+def test_a_lander_beyond_its_time_limit_is_copied_too():
+    env = LanderEnv(max_episode_steps=2)
+    env.reset(seed=0)
+    assert [env.step(0)[3] for _ in range(4)] == [False, True, True, True]
+    assert copy.deepcopy(env).step(0)[0].tobytes() == env.step(0)[0].tobytes()
+
+
 def test_a_pickle_with_a_damaged_snapshot_is_refused():
     env = LanderVectorEnv(2)
     env.reset(seed=0)
@@ -105,8 +113,11 @@ def test_a_snapshot_of_one_is_none_of_many():
         many.restore(0, one.snapshot())
     limited = LanderVectorEnv(max_episode_steps=5)
     many._steps[0] = 6
-    with pytest.raises(ValueError, match="has 6 steps, must be at most 5"):
+    with pytest.raises(ValueError, match="has 6 steps, must be from 0 to 5"):
         limited.restore(0, many.snapshot(0))
+    for env, index, magic in ((one, (), b"TDSINGLE"), (many, (0,), b"TDVECTOR")):
+        with pytest.raises(ValueError, match="the snapshot is damaged"):
+            env.restore(*index, seal(magic, b"short"))
 
 
 def through_a_child(method: str, env: Any) -> Any:

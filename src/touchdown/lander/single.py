@@ -14,7 +14,7 @@ from touchdown.core.types import FloatArray
 from touchdown.lander import picture
 from touchdown.lander._engine import HELIPAD, Batch
 from touchdown.lander.rules import BEGIN, OBSERVATION_SIZE, limit_of
-from touchdown.lander.snapshots import seal, unseal
+from touchdown.lander.snapshots import check_steps, seal, unseal
 from touchdown.lander.space import (
     LanderStates,
     action_space,
@@ -160,8 +160,9 @@ class LanderEnv(gymnasium.Env[FloatArray, Any]):
         Raises:
             ValueError: the bytes are not a snapshot of an environment with these settings.
         """
-        content = unseal(_MAGIC, snapshot)
+        content = unseal(_MAGIC, snapshot, _STEPS.size)
         (steps,) = _STEPS.unpack_from(content)
+        check_steps(steps, limit_of(None))  # stock, too, may be stepped beyond its limit
         with self._turn:
             self._batch.restore(0, content[_STEPS.size :])
             self._steps = steps

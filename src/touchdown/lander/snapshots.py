@@ -17,7 +17,7 @@ def seal(magic: bytes, content: bytes) -> bytes:
     return _head(magic) + _digest(magic, content) + content
 
 
-def unseal(magic: bytes, snapshot: bytes) -> bytes:
+def unseal(magic: bytes, snapshot: bytes, least: int) -> bytes:
     """The content of a snapshot that `seal` made.
 
     The digest detects accidents, and is no defence against intent.
@@ -25,6 +25,7 @@ def unseal(magic: bytes, snapshot: bytes) -> bytes:
     Args:
         magic: as given to `seal`.
         snapshot: bytes from anywhere.
+        least: bytes that the content has at least.
 
     Raises:
         ValueError: they are of something else, of another version, or any bit has changed.
@@ -35,9 +36,20 @@ def unseal(magic: bytes, snapshot: bytes) -> bytes:
     if version != SNAPSHOT_VERSION:
         raise ValueError(f"snapshot version {version}: must be {SNAPSHOT_VERSION}")
     content = snapshot[_ENVELOPE_BYTES:]
-    if snapshot[len(_head(magic)) : _ENVELOPE_BYTES] != _digest(magic, content):
+    digest = snapshot[_MAGIC_BYTES + _VERSION_BYTES : _ENVELOPE_BYTES]
+    if digest != _digest(magic, content) or len(content) < least:
         raise ValueError("the snapshot is damaged")
     return content
+
+
+def check_steps(steps: int, limit: int) -> None:
+    """Raise if an environment with a time limit cannot have taken so many steps.
+
+    Raises:
+        ValueError: the step count of a snapshot is not from 0 to the limit.
+    """
+    if not 0 <= steps <= limit:
+        raise ValueError(f"the snapshot has {steps} steps, must be from 0 to {limit}")
 
 
 def _head(magic: bytes) -> bytes:

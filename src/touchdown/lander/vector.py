@@ -24,7 +24,7 @@ from touchdown.lander.rules import (
     STEP,
     limit_of,
 )
-from touchdown.lander.snapshots import seal, unseal
+from touchdown.lander.snapshots import check_steps, seal, unseal
 from touchdown.lander.space import (
     LanderStates,
     action_space,
@@ -251,10 +251,9 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
         Raises:
             ValueError: the bytes are not a snapshot of an environment with these settings.
         """
-        content = unseal(_MAGIC, snapshot)
+        content = unseal(_MAGIC, snapshot, _CLOCK.size + _OBSERVATION_BYTES)
         steps, ended = _CLOCK.unpack_from(content)
-        if steps > self._limit:
-            raise ValueError(f"the snapshot has {steps} steps, must be at most {self._limit}")
+        check_steps(steps, self._limit)
         observation, lander = (
             content[_CLOCK.size : _CLOCK.size + _OBSERVATION_BYTES],
             content[_CLOCK.size + _OBSERVATION_BYTES :],

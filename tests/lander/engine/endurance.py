@@ -22,27 +22,25 @@ def resident() -> int:
     return int(pages) * os.sysconf("SC_PAGE_SIZE")
 
 
-def fly(env: LanderVectorEnv, steps: int) -> LanderVectorEnv:
-    """Step all landers with random actions; now and then use snapshots, copies and a pickle."""
+def growth(steps: int) -> tuple[int, int]:
+    """Bytes of memory after a warm-up, and after this many steps more, with random actions.
+
+    Now and then the landers are restored, copied and pickled.
+    """
+    env = LanderVectorEnv(NUM_ENVS)
+    env.reset(seed=0)
     rng = np.random.default_rng(0)
     out = StepArrays.empty(NUM_ENVS)
-    for step in range(steps):
+    before = 0
+    for step in range(WARM_UP + -(-steps // NUM_ENVS)):
+        if step == WARM_UP:
+            before = resident()
         env.step(rng.integers(0, 4, NUM_ENVS), out=None if step % 10 == 0 else out)
         if step % 50 == 0:
             env.restore(1, env.snapshot(0))
             env.copy_state(2, [3, 4])
-        if step % 5_000 == 0:
+        if step % 400 == 0:
             env = pickle.loads(pickle.dumps(env))  # noqa: S301 - our own
-    return env
-
-
-def growth(steps: int) -> tuple[int, int]:
-    """Bytes of memory before and after this many steps in all."""
-    env = LanderVectorEnv(NUM_ENVS)
-    env.reset(seed=0)
-    env = fly(env, WARM_UP)
-    before = resident()
-    fly(env, -(-steps // NUM_ENVS))
     return before, resident()
 
 
