@@ -109,5 +109,5 @@ def test_the_file_has_metadata_and_fixed_versions_for_older_runtimes():
     model = Session(data)
     assert model.metadata == {"env_id": "LunarLander-v3", "note": "ä"}
     assert model.inputs == [("observations", "tensor(float)", ["N", 2])]
-    assert model.outputs == ["q_values", "action"]
+    assert [port.name for port in model.outputs] == ["q_values", "action"]
     assert onnx_model(network, params, 2, A, {"env_id": "LunarLander-v3", "note": "ä"}) == data

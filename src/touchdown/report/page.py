@@ -210,7 +210,7 @@ def _are_numbers(cells: Sequence[TableCell]) -> bool:
 
 def _drawing(svg: Path, prefix: str) -> Markup:
     try:
-        text = reading.read_text(svg, limits.PICTURE_BYTES)
+        text = reading.read_bytes(svg, limits.PICTURE_BYTES).decode("utf-8")
         return Markup(themed_svg(text, prefix))  # noqa: S704 - only shapes
     except ValueError as error:
         raise UserError(f"{svg}: not an SVG picture: {one_line(error)}") from None
