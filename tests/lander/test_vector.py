@@ -216,6 +216,8 @@ def test_the_instruction_set_has_a_name():
 def test_invalid_arguments_are_refused_by_name():
     with pytest.raises(ValueError, match="num_envs = 0: must be at least 1"):
         LanderVectorEnv(0)
+    with pytest.raises(ValueError, match="num_envs = 2147483648: must be at most 1000000"):
+        LanderVectorEnv(2**31)
     with pytest.raises(ValueError, match=r"gravity = -12\.0"):
         LanderVectorEnv(1, gravity=-12.0)
     for kind in (LanderEnv, LanderVectorEnv):

@@ -36,6 +36,7 @@ from touchdown.lander.stock import FPS
 from touchdown.lander.turn import Turn
 
 _MAGIC = b"TDVECTOR"
+_MOST_ENVS = 1_000_000  # several gigabytes; more is surely a typing error
 _CLOCK = struct.Struct("<q?")  # step count, and whether the episode has ended
 _OBSERVATION_BYTES = 4 * OBSERVATION_SIZE
 
@@ -95,6 +96,8 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
         wind_power: float = 15.0,
         turbulence_power: float = 1.5,
     ) -> None:
+        if num_envs > _MOST_ENVS:
+            raise ValueError(f"num_envs = {num_envs}: must be at most {_MOST_ENVS}")
         picture.check_render_mode(render_mode)
         self._settings: dict[str, Any] = {
             "num_threads": num_threads,
