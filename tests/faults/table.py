@@ -2,7 +2,7 @@
 
 Usage: python tests/faults/table.py [FILE [VERB ...]]
 
-The table is written into FILE after each verb; without names, all verbs are tried.
+The table is written into FILE after each cell; without names, all verbs are tried.
 
 Each cell starts a verb in a copy of the same folder, lets the fault happen, and looks at the exit
 code, the lines on stderr, the files that were there before, and the processes that are left. Where
@@ -225,11 +225,9 @@ def hashes(folder: Path, globs: tuple[str, ...]) -> dict[str, str]:
 
 
 def saved(folder: Path) -> dict[str, str]:
-    """What was finished before the fault: a run and a study's run."""
-    (done,) = (
-        path.name for path in (folder / STORE / "runs").iterdir() if (path / "last.json").is_file()
-    )
-    return hashes(folder, (f"{RUN}/**/*", f"{STORE}/runs/{done}/**/*", "*.toml"))
+    """What is finished: a run, and runs of studies."""
+    done = [path.parent.name for path in folder.glob(f"{STORE}/runs/*/last.json")]
+    return hashes(folder, (f"{RUN}/**/*", "*.toml", *(f"{STORE}/runs/{n}/**/*" for n in done)))
 
 
 def run(words: tuple[str, ...], folder: Path, errors: Path) -> None:
@@ -421,6 +419,11 @@ def meet(name: str, fault: str, base: Path, wanted: dict[str, str]) -> Seen:
         return cell.seen
 
 
+def text_of(table: dict[tuple[str, str], Seen], verb: str) -> list[str]:
+    """The cells of a row."""
+    return [table.get((verb, fault), Seen("not tried")).text for fault in FAULTS]
+
+
 def markdown(table: dict[tuple[str, str], Seen], seconds: float) -> str:
     """The table, and the counts."""
     tried = [seen for seen in table.values() if seen.text not in ("–", "not tried")]
@@ -434,7 +437,7 @@ def markdown(table: dict[tuple[str, str], Seen], seconds: float) -> str:
         f"| | {' | '.join(FAULTS)} |",
         f"| --- |{' --- |' * len(FAULTS)}",
         *(
-            f"| `{verb}` | {' | '.join(table[verb, f].text for f in FAULTS)} |"
+            f"| `{verb}` | {' | '.join(text_of(table, verb))} |"
             for verb in dict.fromkeys(verb for verb, _ in table)
         ),
         "",
@@ -443,8 +446,8 @@ def markdown(table: dict[tuple[str, str], Seen], seconds: float) -> str:
     return "\n".join(lines) + "\n"
 
 
-def try_verb(name: str, base: Path, table: dict[tuple[str, str], Seen]) -> None:
-    """Let a verb meet each fault."""
+def try_verb(name: str, base: Path, table: dict[tuple[str, str], Seen]) -> Iterator[None]:
+    """Let a verb meet each fault, one at a time."""
     verb = VERBS[name]
     folder = base.parent / name.replace(" ", "-")
     shutil.copytree(base, folder)
@@ -461,6 +464,7 @@ def try_verb(name: str, base: Path, table: dict[tuple[str, str], Seen]) -> None:
         for odd in [*seen.odd, *(f"lost: {path}" for path in seen.lost)]:
             sys.stderr.write(f"{name} × {fault}: {odd}\n")
             sys.stderr.flush()
+        yield
 
 
 def main() -> None:
@@ -475,9 +479,9 @@ def main() -> None:
         base = Path(name) / "base"
         prepare(base)
         for verb in sys.argv[2:] or VERBS:
-            try_verb(verb, base, table)
-            if out is not None:
-                out.write_text(markdown(table, time.monotonic() - began), "utf-8")
+            for _ in try_verb(verb, base, table):
+                if out is not None:
+                    out.write_text(markdown(table, time.monotonic() - began), "utf-8")
     sys.stdout.write(markdown(table, time.monotonic() - began))
     raise SystemExit(any(s.odd or s.lost or s.left or s.tracebacks for s in table.values()))
 
