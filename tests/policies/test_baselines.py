@@ -21,7 +21,7 @@ def test_the_shipped_gains_are_those_of_the_better_rule():
     [
         ('rule = "up"\n', "rule = 'up': must be one of absolute, signed"),
         ("dead_band = -1\n", "dead_band = -1"),
-        ("kp = 1\n", "unknown field 'kp'; known: rule, kp_vertical"),
+        ("kp = 1\n", "unknown field 'kp'; must be one of rule, kp_vertical"),
         ("kp_vertical = 'big'\n", "kp_vertical = 'big': must be a number"),
         ('rule = "signed"\n', "kp_vertical, ki_vertical, kp_angle, kd_angle, dead_band: missing"),
     ],

@@ -35,7 +35,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     try:
         verb = parse(args)
         plugins.allow(*named_in(args))
-        trust: bool = getattr(getattr(verb, "what", verb), "trust", False)
+        trust: bool = getattr(verb, "trust", False)
         with plugins.trusting(everything=trust):
             verb.run(console)
     except UserError as error:

@@ -16,7 +16,7 @@ Engine = Annotated[
     Literal["exact", "gymnasium"] | None,
     arg(
         help="What simulates the lander: `exact`, our C++ engine, or `gymnasium`, the original. "
-        "Their results are equal to the last bit. None uses `exact` if it was built. Tests and "
+        "Their results are equal to the last bit. Without it, `exact` if it was built. Tests and "
         "windows always use `gymnasium`."
     ),
 ]
@@ -48,13 +48,13 @@ Scale = Annotated[
 ]
 LastScale = Annotated[
     Literal["quick", "full"] | None,
-    arg(help="Scale of the paper's studies; None uses that of the last `study run`."),
+    arg(help="Scale of the paper's studies; without it, that of the last `study run`."),
 ]
 Seeds = Annotated[
-    int | None, arg(help="Training seeds per level; None uses the study's own number.")
+    int | None, arg(help="Training seeds per level; without it, the study's own number.")
 ]
 LastSeeds = Annotated[
-    int | None, arg(help="Training seeds per level; None uses the number of the last `study run`.")
+    int | None, arg(help="Training seeds per level; without it, as in the last `study run`.")
 ]
 StudyName = Annotated[
     str,

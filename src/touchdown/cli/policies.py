@@ -69,7 +69,7 @@ class Fly:
         str | None,
         arg(
             metavar="FILE",
-            help="A .gif or .mp4 file to write, or `window` to watch it live; None writes "
+            help="A .gif or .mp4 file to write, or `window` to watch it live; without it, "
             "POLICY-SEED.gif.",
         ),
     ] = None
@@ -119,7 +119,7 @@ class Export:
     ] = "onnx"
     out: Annotated[
         Path | None,
-        arg(metavar="FOLDER", help="Folder to create; None uses RUN-FORMAT in the current folder."),
+        arg(metavar="FOLDER", help="Folder to create; without it, RUN-FORMAT here."),
     ] = None
     trust: Trust = False
     runs_dir: RunsDir = DEFAULT_RUNS

@@ -33,12 +33,6 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
-def _preset_help() -> str:
-    # tyro keeps a line break only if the next line does not begin with a letter
-    lines = [f"\n- {name}: {text}" for name, text in presets.SECTIONS_OF_THE_PAPER.items()]
-    return "Preset to start from, given right after `train`:" + "".join(lines) + "\n"
-
-
 @dataclass(frozen=True, kw_only=True)
 class Train:
     """Train an agent, select its best checkpoint, test it, and draw its figures and film.
@@ -46,13 +40,21 @@ class Train:
     Settings come from the preset, then the --config file, then the flags.
     """
 
-    preset: Annotated[Positional[str], arg(metavar="[PRESET]", help=_preset_help())] = "pilot"
+    preset: Annotated[
+        Positional[str],
+        arg(
+            metavar="[PRESET]",
+            help="Preset to start from, right after `train`; pilot if there is none.",
+        ),
+    ] = "pilot"
+    given_preset: Suppress[Fixed[str | None]] = None
+    """The preset on the command line."""
     config: Annotated[
         Path | None,
         arg(metavar="FILE", help="TOML file of settings, such as a run's config.toml."),
     ] = None
     name: Annotated[
-        str | None, arg(metavar="NAME", help="Name of the run; None uses PRESET-SEED.")
+        str | None, arg(metavar="NAME", help="Name of the run; without it, PRESET-SEED.")
     ] = None
     resume: Annotated[
         str | None,

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from tyro.conf import Positional, arg, subcommand
+from tyro.conf import Positional, arg
 
 from touchdown.cli.arguments import DEFAULT_RESULTS, Engine, ResultsDir, use_engine
 from touchdown.cli.printing import print_indented, print_line
@@ -33,7 +33,7 @@ class TunePid:
         Path | None,
         arg(
             metavar="FILE",
-            help="TOML file of gains to start from, such as an earlier result; None starts from "
+            help="TOML file of gains to start from, such as an earlier result; without it, "
             "hand-picked gains.",
         ),
     ] = None
@@ -71,7 +71,7 @@ class TuneAgent:
         int, arg(help="Training seeds per trial; a trial's value is the mean over them.")
     ] = 3
     env_steps: Annotated[
-        int | None, arg(help="Environment steps per run; None uses the preset's limit.")
+        int | None, arg(help="Environment steps per run; without it, the preset's limit.")
     ] = None
     seed: Annotated[int, arg(help="Seed of Optuna's sampler.")] = 0
     storage: Annotated[
@@ -79,12 +79,12 @@ class TuneAgent:
         arg(
             metavar="URL",
             help="Optuna storage, such as postgresql://… to share the search between machines; "
-            "None uses SQLite in the results folder.",
+            "without it, SQLite in the results folder.",
         ),
     ] = None
     out: Annotated[
         Path | None,
-        arg(metavar="FILE", help="TOML file for the best settings; None uses PRESET-tuned.toml."),
+        arg(metavar="FILE", help="TOML file for the best settings; without it, PRESET-tuned.toml."),
     ] = None
     results_dir: ResultsDir = DEFAULT_RESULTS
 
@@ -106,14 +106,3 @@ class TuneAgent:
         )
         print_line(console, found)
         print_indented(console, found.files)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Tune:
-    """Tune the PID controller or an agent's hyper-parameters."""
-
-    what: Annotated[TunePid, subcommand("pid")] | Annotated[TuneAgent, subcommand("agent")]
-
-    def run(self, console: "Console") -> None:
-        """Run the selected verb."""
-        self.what.run(console)

@@ -11,6 +11,7 @@ from touchdown.agents.networks import QNetwork
 from touchdown.agents.qtable import QTable
 from touchdown.core import files
 from touchdown.core.errors import UserError
+from touchdown.core.names import hint
 from touchdown.exports import agreement as agreements
 from touchdown.exports import graph
 from touchdown.exports.agreement import Agreement
@@ -48,7 +49,7 @@ def write_export(source: Source, file_format: Format, out: Path | None = None) -
             library is not installed, or the model does not act like the policy.
     """
     if file_format not in get_args(Format):
-        raise UserError(f"format {file_format!r}: must be one of {', '.join(get_args(Format))}")
+        raise UserError(f"format {file_format!r}: {hint(file_format, get_args(Format))}")
     folder = out if out is not None else Path(f"{source.name}-{file_format}")
     if folder.exists():
         raise UserError(f"out {str(folder)!r}: exists already; choose another folder")
