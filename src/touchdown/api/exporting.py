@@ -6,8 +6,11 @@ from pathlib import Path
 from touchdown.api.policies import shipped
 from touchdown.api.runs import RunLike, find_run
 from touchdown.core import device, plugins
+from touchdown.core.errors import UserError
 from touchdown.exports import source as sources
 from touchdown.exports.export import Export, Format, write_export
+from touchdown.policies import lookup
+from touchdown.policies.names import BASELINES
 from touchdown.runs.folder import DEFAULT_RUNS
 from touchdown.runs.run import Run
 
@@ -40,6 +43,12 @@ def export(
     device.use_default()
     folder = None if out is None else Path(out)
     if not isinstance(run, Run):
+        if str(run) in BASELINES:
+            known = ", ".join(lookup.shipped_names())
+            raise UserError(
+                f"run {str(run)!r}: is no network, so nothing can be exported; must be a run, "
+                f"or a policy that comes with touchdown: {known}"
+            )
         weights = shipped(str(run), Path(runs_dir))
         if weights is not None:
             with resources.as_file(weights) as path:

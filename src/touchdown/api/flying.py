@@ -25,7 +25,7 @@ def evaluate(
     *,
     episodes: int = 100,
     seed: int = TEST_STARTS.start,
-    env_id: EnvLike = "LunarLander-v3",
+    env_id: EnvLike | None = None,
     runs_dir: Path | str = DEFAULT_RUNS,
     trust: bool = False,
     progress: bool | None = None,
@@ -39,7 +39,8 @@ def evaluate(
         seed: environment seed of the first start; the others have the following seeds.
             Seeds below 1,000,000 are test starts.
         env_id: the environment for `random`, a `.zip`, or an `.onnx` that does not name one; other
-            policies name theirs. An id, an environment, or a function that makes one.
+            policies name theirs and refuse another. An id, an environment, or a function that
+            makes one; None is LunarLander-v3.
         runs_dir: folder of the runs.
         trust: whether to import code that a file names: an environment's module or an agent.
         progress: True shows progress and results, False shows nothing; None shows them in a
@@ -54,7 +55,9 @@ def evaluate(
     check_seed(seed, episodes)
     starts = range(seed, seed + episodes)
     with plugins.trusting(everything=trust):
-        named = find_policy(policy, Path(runs_dir), custom.name_of(env_id))
+        named = find_policy(
+            policy, Path(runs_dir), None if env_id is None else custom.name_of(env_id)
+        )
         with Counter(console_for(progress, console), f"evaluating {named.name}", episodes) as count:
             return evaluations.evaluate_policy(named, starts, on_episode=count)
 
@@ -64,7 +67,7 @@ def fly(
     *,
     seed: int = TEST_STARTS.start,
     out: Path | str | None = None,
-    env_id: EnvLike = "LunarLander-v3",
+    env_id: EnvLike | None = None,
     runs_dir: Path | str = DEFAULT_RUNS,
     trust: bool = False,
 ) -> Flight:
@@ -75,7 +78,8 @@ def fly(
         seed: environment seed of the start.
         out: a `.gif` or `.mp4` file to write, or `window` to watch it live; None makes no film.
         env_id: the environment for `random`, a `.zip`, or an `.onnx` that does not name one; other
-            policies name theirs. An id, an environment, or a function that makes one.
+            policies name theirs and refuse another. An id, an environment, or a function that
+            makes one; None is LunarLander-v3.
         runs_dir: folder of the runs.
         trust: whether to import code that a file names: an environment's module or an agent.
 
@@ -84,7 +88,9 @@ def fly(
     """
     check_seed(seed)
     with plugins.trusting(everything=trust):
-        named = find_policy(policy, Path(runs_dir), custom.name_of(env_id))
+        named = find_policy(
+            policy, Path(runs_dir), None if env_id is None else custom.name_of(env_id)
+        )
         if out is not None and str(out) == "window":
             return films.show_window(named.env_id, named.policy, seed, named.name)
         if out is not None:

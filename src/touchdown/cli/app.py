@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from touchdown import __version__
 from touchdown.cli.parse import named_in, parse
 from touchdown.core import plugins
-from touchdown.core.errors import Interrupted, UserError, one_line
+from touchdown.core.errors import Interrupted, UserError, is_out_of_memory, one_line
 
 _BAD_INPUT = 2
+_SHOWN = 200  # characters of a message that is not ours
 _INTERRUPTED = 130  # what a shell reports for a program ended by Ctrl-C
 
 
@@ -22,7 +23,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     Raises:
         SystemExit: with code 2 for bad input, 130 after Ctrl-C or SIGTERM, and 0 after help.
     """
-    from rich.console import Console  # noqa: PLC0415 - heavy libraries load when used
+    from touchdown.core.terminal import make_console  # noqa: PLC0415 - it loads rich
 
     args = list(sys.argv[1:] if argv is None else argv)
     if args == ["--version"]:
@@ -31,7 +32,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without UTF-8 still shows tables
-    console = Console(width=None if sys.stdout.isatty() else 120, stderr="--json" in args)
+    console = make_console(on_terminal=sys.stdout.isatty(), stderr="--json" in args)
     try:
         verb = parse(args)
         plugins.allow(*named_in(args))
@@ -43,6 +44,10 @@ def main(argv: Sequence[str] | None = None) -> None:
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         _fail(f"{where}{one_line(error)}", _BAD_INPUT)
+    except (ImportError, MemoryError, RuntimeError) as error:
+        if not is_out_of_memory(error):
+            raise
+        _fail(f"out of memory: {one_line(error)[:_SHOWN]}", _BAD_INPUT)
     except Interrupted as stopped:
         _fail(str(stopped), _INTERRUPTED)
     except KeyboardInterrupt:
@@ -50,7 +55,9 @@ def main(argv: Sequence[str] | None = None) -> None:
 
 
 def _fail(message: str, code: int) -> None:
-    sys.stderr.write(f"touchdown: {message}\n")
+    from touchdown.core.terminal import printable_line  # noqa: PLC0415 - it loads rich
+
+    sys.stderr.write(f"touchdown: {printable_line(message)}\n")
     sys.stderr.flush()
     raise SystemExit(code)
 

@@ -25,10 +25,10 @@ FirstSeed = Annotated[
     int, arg(help="Environment seed of the first start; seeds below 1000000 are test starts.")
 ]
 EnvId = Annotated[
-    str,
+    str | None,
     arg(
         help="Environment (Gymnasium id or module:Id) for `random`, a .zip, or an .onnx that does "
-        "not name one; other policies name theirs."
+        "not name one; without it, LunarLander-v3. Other policies name theirs."
     ),
 ]
 PolicyName = Annotated[

@@ -32,7 +32,7 @@ class Evaluate:
     policy: Positional[PolicyName]
     episodes: Episodes = 100
     seed: FirstSeed = 0
-    env_id: EnvId = "LunarLander-v3"
+    env_id: EnvId = None
     trust: Trust = False
     json: Json = False
     runs_dir: RunsDir = DEFAULT_RUNS
@@ -73,7 +73,7 @@ class Fly:
             "POLICY-SEED.gif.",
         ),
     ] = None
-    env_id: EnvId = "LunarLander-v3"
+    env_id: EnvId = None
     trust: Trust = False
     runs_dir: RunsDir = DEFAULT_RUNS
     device: Device = "cpu"
@@ -129,6 +129,8 @@ class Export:
         from touchdown.api import exporting  # noqa: PLC0415 - heavy libraries load when used
 
         export = exporting.export(self.name, self.format, out=self.out, runs_dir=self.runs_dir)
+        if export.note:
+            print_line(console, export.note)
         if export.agreement is not None:
             print_line(console, export.agreement)
         print_indented(console, export.files)

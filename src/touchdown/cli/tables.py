@@ -19,11 +19,11 @@ def runs_table(facts: Sequence[Mapping[str, Any]]) -> Table:
         table.add_column(name, justify="left" if text else "right", no_wrap=True)
     for run in facts:
         if run["status"] == "broken":
-            table.add_row(Text(run["name"]), "", "", "", Text("broken", style="bold red"))
+            table.add_row(run["name"], "", "", "", Text("broken", style="bold red"))
             continue
         test = run["test"]
         table.add_row(
-            Text(run["name"]),
+            run["name"],
             run["preset"],
             run["env_id"],
             str(run["seed"]),
@@ -44,7 +44,7 @@ def findings_table(findings: Sequence[Finding]) -> Table:
     table.add_column("", no_wrap=True)
     table.add_column("", overflow="fold")
     for finding in findings:
-        table.add_row(marks[finding.state], finding.name, Text(finding.text))
+        table.add_row(marks[finding.state], finding.name, finding.text)
     return table
 
 
@@ -57,7 +57,7 @@ def studies_table(found: Sequence[Any]) -> Table:
     for each in found:
         missing = each.runs - each.done - len(each.failed)
         cells = (each.runs, each.done, len(each.failed), missing)
-        table.add_row(Text(each.name), *map(str, cells))
+        table.add_row(each.name, *map(str, cells))
     return table
 
 
@@ -71,9 +71,7 @@ def topics_table(found: Sequence[Any]) -> Table:
     table.add_column("question", overflow="fold")
     for each in found:
         size = f"{each.cells} × {each.seeds}"
-        table.add_row(
-            Text(each.name), each.section, size, str(len(each.claims)), Text(each.question)
-        )
+        table.add_row(each.name, each.section, size, str(len(each.claims)), each.question)
     return table
 
 
@@ -87,5 +85,5 @@ def claims_table(decisions: Mapping[str, Sequence[Any]]) -> Table:
     for topic, of_topic in decisions.items():
         for decision in of_topic:
             verdict = Text(decision.verdict, styles[decision.verdict])
-            table.add_row(topic, verdict, Text(decision.claim.sentence))
+            table.add_row(topic, verdict, decision.claim.sentence)
     return table

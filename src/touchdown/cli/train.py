@@ -125,7 +125,7 @@ class Train:
 
     def run(self, console: "Console") -> None:
         """Call `api.training.train` or `api.training.resume`."""
-        from touchdown.api import training  # noqa: PLC0415 - heavy libraries load when used
+        from touchdown.api import runs, training  # noqa: PLC0415 - heavy libraries load when used
         from touchdown.core import device  # noqa: PLC0415 - heavy libraries load when used
 
         device.use(self.device)
@@ -139,18 +139,24 @@ class Train:
                 console=console,
             )
             return
-        pilot = presets.preset("pilot")
+        base = presets.preset(self.given_preset or "pilot")
         # these may name the run's own code
-        given = replace(self.settings(), env_id=pilot.env_id, algorithm=pilot.algorithm)
-        if given != pilot or self.config or self.name:
+        given = replace(self.settings(), env_id=base.env_id, algorithm=base.algorithm)
+        if given != base or self.config or self.name:
             raise UserError(
                 f"resume {self.resume!r}: a run resumes with its own settings; "
-                "leave out the preset and the other flags"
+                "leave out the other flags"
+            )
+        started = runs.show(self.resume, self.runs_dir).config.preset
+        if self.given_preset not in (None, started):
+            raise UserError(
+                f"preset {self.given_preset!r}: run {self.resume!r} was started with {started!r}; "
+                "leave the preset out"
             )
         training.resume(
             self.resume,
-            env=None if self.env_id == pilot.env_id else self.env_id,
-            agent=None if self.algorithm == pilot.algorithm else self.algorithm,
+            env=None if self.env_id == base.env_id else self.env_id,
+            agent=None if self.algorithm == base.algorithm else self.algorithm,
             runs_dir=self.runs_dir,
             logger=self.logger,
             console=console,

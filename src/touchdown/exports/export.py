@@ -34,6 +34,8 @@ class Export:
     """The model first."""
     agreement: Agreement | None
     """Agreement of an ONNX model with its policy; None for other formats."""
+    note: str = ""
+    """What a user should know about the exported policy; "" if nothing."""
 
 
 def write_export(source: Source, file_format: Format, out: Path | None = None) -> Export:
@@ -77,7 +79,13 @@ def write_export(source: Source, file_format: Format, out: Path | None = None) -
 
     with files.refusing(f"out {str(folder)!r}"):
         files.write_folder_atomic(folder, fill)
-    return Export(folder, tuple(folder / each for each in content), agreement)
+    note = ""
+    if not source.is_finished:
+        note = (
+            f"run {source.name!r} is not finished: these are its best weights so far; "
+            f"finish it with: touchdown train --resume {source.name}"
+        )
+    return Export(folder, tuple(folder / each for each in content), agreement, note)
 
 
 def _checked_onnx(source: Source, weights: Weights) -> tuple[bytes, Agreement]:
