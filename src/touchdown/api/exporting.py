@@ -20,6 +20,7 @@ def export(
     format: Format = "onnx",  # noqa: A002 - as the flag
     *,
     out: Path | str | None = None,
+    force: bool = False,
     runs_dir: Path | str = DEFAULT_RUNS,
     trust: bool = False,
 ) -> Export:
@@ -32,6 +33,7 @@ def export(
         format: `onnx`, for any ONNX runtime and checked against the policy before it is written, or
             `safetensors`, touchdown's own format.
         out: folder to create; None uses `<run>-<format>` in the current folder.
+        force: whether to replace the files of an earlier export in an existing folder.
         runs_dir: folder of the runs.
         trust: whether to import code that the run names: its environment's module, its agent.
 
@@ -52,6 +54,6 @@ def export(
         weights = shipped(str(run), Path(runs_dir))
         if weights is not None:
             with resources.as_file(weights) as path:
-                return write_export(sources.of_shipped(path), format, folder)
+                return write_export(sources.of_shipped(path), format, folder, force=force)
     with plugins.trusting(everything=trust):
-        return write_export(sources.of_run(find_run(run, runs_dir)), format, folder)
+        return write_export(sources.of_run(find_run(run, runs_dir)), format, folder, force=force)

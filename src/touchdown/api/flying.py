@@ -5,7 +5,7 @@ from pathlib import Path
 from rich.console import Console
 
 from touchdown.api.policies import PolicyLike, find_policy
-from touchdown.core import plugins
+from touchdown.core import files, plugins
 from touchdown.core.errors import UserError
 from touchdown.core.progress import Counter, console_for
 from touchdown.core.seeding import check_seed
@@ -67,6 +67,7 @@ def fly(
     *,
     seed: int = TEST_STARTS.start,
     out: Path | str | None = None,
+    force: bool = False,
     env_id: EnvLike | None = None,
     runs_dir: Path | str = DEFAULT_RUNS,
     trust: bool = False,
@@ -77,6 +78,7 @@ def fly(
         policy: a run, its name, or another policy; see `PolicyLike`.
         seed: environment seed of the start.
         out: a `.gif` or `.mp4` file to write, or `window` to watch it live; None makes no film.
+        force: whether to replace an existing file.
         env_id: the environment for `random`, a `.zip`, or an `.onnx` that does not name one; other
             policies name theirs and refuse another. An id, an environment, or a function that
             makes one; None is LunarLander-v3.
@@ -84,7 +86,8 @@ def fly(
         trust: whether to import code that a file names: an environment's module or an agent.
 
     Raises:
-        UserError: there is no such policy, no display for a window, or `out` cannot be written.
+        UserError: there is no such policy, no display for a window, or `out` exists already or
+            cannot be written.
     """
     check_seed(seed)
     with plugins.trusting(everything=trust):
@@ -95,6 +98,7 @@ def fly(
             return films.show_window(named.env_id, named.policy, seed, named.name)
         if out is not None:
             films.check_video_path(Path(out))
+            files.check_new(Path(out), force=force)
         flight = recorder.record_flight(named.policy, named.env_id, seed, named.name)
     if out is not None:
         films.write_video(flight, Path(out))

@@ -64,6 +64,8 @@ StudyName = Annotated[
     ),
 ]
 
+Force = Annotated[bool, arg(help="Replace the output if it exists already.")]
+
 Trust = Annotated[
     bool,
     arg(

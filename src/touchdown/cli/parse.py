@@ -43,7 +43,7 @@ class Verb(Protocol):
         ...
 
 
-_VERBS: Mapping[str, type[Any]] = {
+COMMANDS: Mapping[str, type[Any]] = {
     "train": Train,
     "presets": Presets,
     "evaluate": Evaluate,
@@ -67,7 +67,7 @@ _OF_TWO_WORDS: Mapping[str, str] = {
 """First words of verbs of two words, and what they are for."""
 VERBS: Mapping[str, str] = {
     first: _OF_TWO_WORDS.get(first) or helps.summary(kind)
-    for verb, kind in _VERBS.items()
+    for verb, kind in COMMANDS.items()
     for first in [verb.split()[0]]
 }
 """First words, and what they are for."""
@@ -106,7 +106,7 @@ def parse(argv: Sequence[str]) -> Verb:
     words = (first,)
     if first in _OF_TWO_WORDS:
         seconds = {
-            verb.split()[1]: kind for verb, kind in _VERBS.items() if verb.startswith(f"{first} ")
+            verb.split()[1]: kind for verb, kind in COMMANDS.items() if verb.startswith(f"{first} ")
         }
         if not rest or rest[0] in _HELP:
             _print_help(helps.of_words(first, VERBS[first], seconds))
@@ -120,7 +120,7 @@ def parse(argv: Sequence[str]) -> Verb:
 def _parsed(words: tuple[str, ...], rest: Sequence[str]) -> Verb:
     """The verb from the words that follow it."""
     verb = " ".join(words)
-    kind = _VERBS[verb]
+    kind = COMMANDS[verb]
     defaults = None
     preset = None
     if kind is Train:
@@ -156,7 +156,7 @@ def _parsed(words: tuple[str, ...], rest: Sequence[str]) -> Verb:
 def _flags_of_verbs() -> Mapping[str, str]:
     """The flags of all verbs, each with a verb that has it."""
     found: dict[str, str] = {}
-    for verb, kind in _VERBS.items():
+    for verb, kind in COMMANDS.items():
         for flag in flags_of(kind):
             for word in flag.words:
                 found.setdefault(word, verb)

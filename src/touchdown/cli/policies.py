@@ -13,6 +13,7 @@ from touchdown.cli.arguments import (
     EnvId,
     Episodes,
     FirstSeed,
+    Force,
     Json,
     PolicyName,
     RunsDir,
@@ -73,6 +74,7 @@ class Fly:
             "POLICY-SEED.gif.",
         ),
     ] = None
+    force: Force = False
     env_id: EnvId = None
     trust: Trust = False
     runs_dir: RunsDir = DEFAULT_RUNS
@@ -88,7 +90,12 @@ class Fly:
         use_engine(self.engine)
         out = self.out or f"{Path(self.policy).stem}-{self.seed}.gif"
         flight = flying.fly(
-            self.policy, seed=self.seed, out=out, env_id=self.env_id, runs_dir=self.runs_dir
+            self.policy,
+            seed=self.seed,
+            out=out,
+            force=self.force,
+            env_id=self.env_id,
+            runs_dir=self.runs_dir,
         )
         console.print(
             f"{self.policy} from start {self.seed}: {flight.outcome}, "
@@ -121,6 +128,7 @@ class Export:
         Path | None,
         arg(metavar="FOLDER", help="Folder to create; without it, RUN-FORMAT here."),
     ] = None
+    force: Force = False
     trust: Trust = False
     runs_dir: RunsDir = DEFAULT_RUNS
 
@@ -128,7 +136,9 @@ class Export:
         """Call `api.exporting.export`."""
         from touchdown.api import exporting  # noqa: PLC0415 - heavy libraries load when used
 
-        export = exporting.export(self.name, self.format, out=self.out, runs_dir=self.runs_dir)
+        export = exporting.export(
+            self.name, self.format, out=self.out, force=self.force, runs_dir=self.runs_dir
+        )
         if export.note:
             print_line(console, export.note)
         if export.agreement is not None:

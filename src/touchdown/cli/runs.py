@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, arg
 
-from touchdown.cli.arguments import DEFAULT_RUNS, Json, RunName, RunsDir
+from touchdown.cli.arguments import DEFAULT_RUNS, Force, Json, RunName, RunsDir
 from touchdown.cli.printing import print_indented, print_json
 
 if TYPE_CHECKING:
@@ -81,11 +81,14 @@ class Compare:
         ),
     ]
     out: Annotated[Path, arg(metavar="FOLDER", help="Folder for the page.")] = Path("comparison")
+    force: Force = False
     runs_dir: RunsDir = DEFAULT_RUNS
 
     def run(self, console: "Console") -> None:
         """Call `api.studies.compare`."""
         from touchdown.api import studies  # noqa: PLC0415 - heavy libraries load when used
 
-        page = studies.compare(self.names, out=self.out, runs_dir=self.runs_dir, console=console)
+        page = studies.compare(
+            self.names, out=self.out, force=self.force, runs_dir=self.runs_dir, console=console
+        )
         print_indented(console, [page])

@@ -9,6 +9,7 @@ from tyro.conf import Positional, arg
 
 from touchdown.cli.arguments import (
     DEFAULT_RESULTS,
+    Force,
     Json,
     LastScale,
     LastSeeds,
@@ -131,6 +132,7 @@ class StudyReport:
             help="Folder for the page; without it, reports/NAME in the results folder.",
         ),
     ] = None
+    force: Force = False
     results_dir: ResultsDir = DEFAULT_RESULTS
 
     def run(self, console: "Console") -> None:
@@ -143,6 +145,7 @@ class StudyReport:
             scale=self.scale,
             seeds=self.seeds,
             out=self.out,
+            force=self.force,
             results_dir=self.results_dir,
             console=console,
         )

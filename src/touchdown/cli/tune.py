@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from tyro.conf import Positional, arg
 
-from touchdown.cli.arguments import DEFAULT_RESULTS, Engine, ResultsDir, use_engine
+from touchdown.cli.arguments import DEFAULT_RESULTS, Engine, Force, ResultsDir, use_engine
 from touchdown.cli.printing import print_indented, print_line
 
 if TYPE_CHECKING:
@@ -38,6 +38,7 @@ class TunePid:
         ),
     ] = None
     out: Annotated[Path, arg(metavar="FILE", help="TOML file for the gains.")] = Path("pid.toml")
+    force: Force = False
     engine: Engine = None
 
     def run(self, console: "Console") -> None:
@@ -52,6 +53,7 @@ class TunePid:
             tolerance=self.tolerance,
             begin=self.begin,
             out=self.out,
+            force=self.force,
             console=console,
         )
         console.print(f"{best}\n  {self.out}", soft_wrap=True, markup=False)
@@ -86,6 +88,7 @@ class TuneAgent:
         Path | None,
         arg(metavar="FILE", help="TOML file for the best settings; without it, PRESET-tuned.toml."),
     ] = None
+    force: Force = False
     results_dir: ResultsDir = DEFAULT_RESULTS
 
     def run(self, console: "Console") -> None:
@@ -101,6 +104,7 @@ class TuneAgent:
             seed=self.seed,
             storage=self.storage,
             out=out,
+            force=self.force,
             results_dir=self.results_dir,
             console=console,
         )

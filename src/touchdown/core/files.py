@@ -63,6 +63,22 @@ def write_folder_atomic(path: Path, write: Callable[[Path], object]) -> None:
         shutil.rmtree(temporary, ignore_errors=True)
 
 
+def check_new(path: Path, *, force: bool) -> None:
+    """Check before the work that an output replaces nothing, unless the user asks for it.
+
+    Args:
+        path: a file or folder to write; devices and pipes are not replaced, so they are accepted.
+        force: whether the user asks for it.
+
+    Raises:
+        UserError: there is a file or folder already.
+    """
+    if not force and (path.is_file() or path.is_dir()):
+        raise UserError(
+            f"out {str(path)!r}: exists already; choose another, or replace it with --force"
+        )
+
+
 @contextmanager
 def refusing(where: str) -> Generator[None]:
     """Turn a system error in a block that writes into one line for the user.

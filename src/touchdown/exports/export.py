@@ -38,13 +38,16 @@ class Export:
     """What a user should know about the exported policy; "" if nothing."""
 
 
-def write_export(source: Source, file_format: Format, out: Path | None = None) -> Export:
+def write_export(
+    source: Source, file_format: Format, out: Path | None = None, *, force: bool = False
+) -> Export:
     """Export a policy to a new folder, which is written completely or not at all.
 
     Args:
         source: the policy.
         file_format: `onnx`, or `safetensors`, the format of a run's weights.
         out: folder to create; None uses `<name>-<format>` in the current folder.
+        force: whether to replace the files of an earlier export in an existing folder.
 
     Raises:
         UserError: the folder exists already or cannot be written, the policy's files are broken, a
@@ -53,8 +56,7 @@ def write_export(source: Source, file_format: Format, out: Path | None = None) -
     if file_format not in get_args(Format):
         raise UserError(f"format {file_format!r}: {hint(file_format, get_args(Format))}")
     folder = out if out is not None else Path(f"{source.name}-{file_format}")
-    if folder.exists():
-        raise UserError(f"out {str(folder)!r}: exists already; choose another folder")
+    files.check_new(folder, force=force)
     if file_format == "onnx":
         graph.check_installed()
     weights = policy_weights.read_weights(source.weights)
@@ -78,7 +80,11 @@ def write_export(source: Source, file_format: Format, out: Path | None = None) -
             (temporary / each).write_bytes(data)
 
     with files.refusing(f"out {str(folder)!r}"):
-        files.write_folder_atomic(folder, fill)
+        if folder.is_dir():  # replaced file by file, since the user may keep others there
+            for each, data in content.items():
+                files.write_atomic(folder / each, data)
+        else:
+            files.write_folder_atomic(folder, fill)
     note = ""
     if not source.is_finished:
         note = (
