@@ -154,14 +154,16 @@ def _check(argv: list[str]) -> None:
         assert "Traceback" not in shown
 
 
+@pytest.mark.usefixtures("here")
 @hypothesis.settings(max_examples=300)
 @hypothesis.given(command_lines())
-def test_any_arguments_end_in_one_line(here, argv):
+def test_any_arguments_end_in_one_line(argv):
     _check(argv)
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("here")
 @hypothesis.settings(max_examples=LONG_CASES)
 @hypothesis.given(command_lines())
-def test_very_many_arguments_end_in_one_line(here, argv):
+def test_very_many_arguments_end_in_one_line(argv):
     _check(argv)

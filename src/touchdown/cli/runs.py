@@ -30,9 +30,9 @@ class Runs:
             print_json(facts)
             return
         if not facts:
-            console.print(f"no runs in {self.runs_dir}; start one: touchdown train", markup=False)
+            console.print(f"no runs in {self.runs_dir}; start one: touchdown train")
             return
-        console.print(tables.runs_table(facts))
+        console.print(tables.runs_table(facts, console.width))
         print_indented(console, [run["error"] for run in facts if run["status"] == "broken"])
 
 
@@ -61,8 +61,8 @@ class Show:
         if self.json:
             print_json({**facts, "config": toml.to_dict(run.config), "pictures": pictures})
             return
-        console.print(tables.runs_table([facts]))
-        console.print(toml.to_toml(run.config), markup=False, highlight=False)
+        console.print(tables.runs_table([facts], console.width))
+        console.print(toml.to_toml(run.config), soft_wrap=True)
         evaluated = evaluations_of(run)
         if evaluated:
             console.print(table.evaluation_table(evaluated))
