@@ -38,7 +38,18 @@ def test_the_table_of_runs_keeps_names_status_and_result_whole_at_any_width(widt
 
 def test_a_wide_terminal_shows_every_column():
     heading = shown(200).splitlines()[1].split()
-    assert heading == ["run", "preset", "env", "seed", "status", "episodes", "env", "steps", "minutes", "test"]
+    assert heading == [
+        "run",
+        "preset",
+        "env",
+        "seed",
+        "status",
+        "episodes",
+        "env",
+        "steps",
+        "minutes",
+        "test",
+    ]
 
 
 def test_an_80_column_terminal_goes_without_the_less_important_columns():
