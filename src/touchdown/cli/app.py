@@ -47,7 +47,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     except (ImportError, MemoryError, RuntimeError) as error:
         if not is_out_of_memory(error):
             raise
-        _fail(f"out of memory: {one_line(error)[:_SHOWN]}", _BAD_INPUT)
+        _fail(f"out of memory ({one_line(error)[:_SHOWN]})", _BAD_INPUT)
     except Interrupted as stopped:
         _fail(str(stopped), _INTERRUPTED)
     except KeyboardInterrupt:
