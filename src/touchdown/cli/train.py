@@ -147,12 +147,13 @@ class Train:
                 f"resume {self.resume!r}: a run resumes with its own settings; "
                 "leave out the other flags"
             )
-        started = runs.show(self.resume, self.runs_dir).config.preset
-        if self.given_preset not in (None, started):
-            raise UserError(
-                f"preset {self.given_preset!r}: run {self.resume!r} was started with {started!r}; "
-                "leave the preset out"
-            )
+        if self.given_preset is not None:
+            started = runs.show(self.resume, self.runs_dir).config.preset
+            if self.given_preset != started:
+                raise UserError(
+                    f"preset {self.given_preset!r}: run {self.resume!r} was started with "
+                    f"{started!r}; leave the preset out"
+                )
         training.resume(
             self.resume,
             env=None if self.env_id == base.env_id else self.env_id,

@@ -194,7 +194,8 @@ def remove_temporaries(folders: Iterable[Path]) -> None:
 
 
 def _encoded(data: bytes | str) -> bytes:
-    return data.encode() if isinstance(data, str) else data
+    # text may quote the name of a folder, whose bytes need not be text
+    return data.encode(errors="replace") if isinstance(data, str) else data
 
 
 def _sync(path: Path) -> None:
