@@ -18,7 +18,7 @@ def test_a_broken_run_is_listed_beside_the_whole_ones(tmp_path):
     assert (half["name"], half["status"]) == ("half", "broken")
     assert "line 1: episode: missing" in half["error"]
     console = Console(record=True, width=120, file=io.StringIO())
-    console.print(tables.runs_table([whole, half]))
+    console.print(tables.runs_table([whole, half], 120))
     text = console.export_text()
     assert "finished" in text
     assert "broken" in text
