@@ -70,7 +70,7 @@ peers: $(BENCH_READY) ## train peers and presets in turns, for hours; resumable
 
 paper: $(READY) ## repeat the paper's experiments with SEEDS=10 per level and update docs/results; resumable
 	@$(BIN)/touchdown study run paper --seeds $(SEEDS) $(ARGS)
-	@$(BIN)/touchdown study report paper --out docs/results
+	@$(BIN)/touchdown study report paper --out docs/results --force
 
 lock: $(READY) ## pin the newest packages that fit (UPGRADE= keeps pins that still fit)
 	@$(BIN)/uv pip compile --quiet --universal --fork-strategy fewest --python-version 3.11 \

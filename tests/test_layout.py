@@ -34,6 +34,6 @@ def test_tests_mirror_the_package():
     package, tests = ROOT / "src" / "touchdown", ROOT / "tests"
     folders = {path.parent.relative_to(package) for path in package.rglob("__init__.py")}
     tested = {path.parent.relative_to(tests) for path in tests.rglob("test_*.py")}
-    # the documentation, and the C++ engine, whose Python side is one compiled module
+    # the documentation, random input, and the C++ engine, whose Python side is one compiled module
     extra = {Path("docs"), Path("fuzz"), Path("lander/engine")}
     assert tested - folders - extra == set()

@@ -267,5 +267,5 @@ def test_runs_with_different_options_are_compared(own, tmp_path, monkeypatch):
         config, env="own_parts:make_chain", agent="own_parts:Right", runs_dir=tmp_path
     )
     for runs in ([own / "runs" / "mine-0", other], [other, own / "runs" / "mine-0"]):
-        page = touchdown.compare(runs, out=tmp_path / "page")
+        page = touchdown.compare(runs, out=tmp_path / "page", force=True)
         assert "options.action" in page.read_text("utf-8")

@@ -42,7 +42,7 @@ def shipped(tmp_path, monkeypatch) -> Path:
 
 def test_a_shipped_policy_is_found_by_its_name(shipped, tmp_path):
     actions = weights(shipped / "ace.safetensors", seed=0)
-    policy = find_policy("ace", tmp_path / "runs", LANDER)
+    policy = find_policy("ace", tmp_path / "runs", None)
     assert (policy.name, policy.env_id) == ("ace", "CartPole-v1")
     assert_array_equal(policy.policy.act(OBSERVATIONS), actions)
 
@@ -52,7 +52,7 @@ def test_a_run_takes_precedence_over_a_shipped_policy_of_its_name(shipped, tmp_p
     run = folders.create(tmp_path / "runs", CONFIG, "ace")
     actions = weights(run.best, seed=1)
     assert not np.array_equal(actions, decoy)
-    policy = find_policy("ace", tmp_path / "runs", LANDER)
+    policy = find_policy("ace", tmp_path / "runs", None)
     assert_array_equal(policy.policy.act(OBSERVATIONS), actions)
 
 
@@ -62,16 +62,16 @@ def test_a_folder_outside_the_runs_folder_does_not_hide_a_shipped_policy(
     weights(shipped / "ace.safetensors", seed=0)
     (tmp_path / "ace").mkdir()
     monkeypatch.chdir(tmp_path)
-    assert find_policy("ace", Path("runs"), LANDER).name == "ace"
+    assert find_policy("ace", Path("runs"), None).name == "ace"
     with pytest.raises(UserError, match="not a run, because it has no config"):
-        find_policy("./ace", Path("runs"), LANDER)
+        find_policy("./ace", Path("runs"), None)
 
 
 def test_a_name_cannot_lead_out_of_the_runs_folder(shipped, tmp_path):
     weights(tmp_path / "secret.safetensors", seed=0)
     assert shipped.is_dir()
-    with pytest.raises(UserError, match=r"run '\.\./secret': no such folder"):
-        find_policy("../secret", tmp_path / "runs", LANDER)
+    with pytest.raises(UserError, match=r"policy '\.\./secret': unknown"):
+        find_policy("../secret", tmp_path / "runs", None)
 
 
 def test_the_folder_of_shipped_policies_is_in_the_package():
@@ -99,3 +99,21 @@ def test_the_shipped_policy_lands_from_starts_that_did_not_choose_it():
     evaluator.close()
     assert {result.outcome for result in results} == {"landed"}
     assert np.mean([result.episode_return for result in results]) > 275
+
+
+@pytest.mark.parametrize("env_id", ["CartPole-v1", "FrozenLake-v1"])
+def test_a_policy_refuses_an_environment_that_is_not_its_own(tmp_path, env_id):
+    for name in ("pid", "ace"):
+        with pytest.raises(UserError, match=f"env_id = '{env_id}': policy '{name}' acts in Lunar"):
+            find_policy(name, tmp_path, env_id)
+    assert find_policy("random", tmp_path, env_id).env_id == env_id
+    assert find_policy("pid", tmp_path, "touchdown/LunarLander-v3").env_id == LANDER
+
+
+def test_an_unknown_policy_is_answered_with_what_is_accepted(tmp_path):
+    with pytest.raises(UserError, match=r"policy 'x\.gif': unknown; must be a run of .*\.onnx"):
+        find_policy("x.gif", tmp_path, None)
+    with pytest.raises(UserError, match=r"policy 'heuristik': unknown; did you mean heuristic\?"):
+        find_policy("heuristik", tmp_path, None)
+    with pytest.raises(UserError, match="policy '': unknown"):
+        find_policy("", tmp_path, None)

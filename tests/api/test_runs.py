@@ -18,7 +18,7 @@ def test_a_broken_run_is_listed_beside_the_whole_ones(tmp_path):
     assert (half["name"], half["status"]) == ("half", "broken")
     assert "line 1: episode: missing" in half["error"]
     console = Console(record=True, width=120, file=io.StringIO())
-    console.print(tables.runs_table([whole, half]))
+    console.print(tables.runs_table([whole, half], 120))
     text = console.export_text()
     assert "finished" in text
     assert "broken" in text
@@ -55,4 +55,4 @@ def test_every_function_takes_a_run_in_every_way(run, way, tmp_path):
     exported = touchdown.export(given, "safetensors", out=tmp_path / "out", **where)
     assert exported.files[0].is_file()
     assert touchdown.compare([given], out=tmp_path / "page", **where).is_file()
-    assert touchdown.compare(given, out=tmp_path / "page", **where).is_file()
+    assert touchdown.compare(given, out=tmp_path / "page", force=True, **where).is_file()

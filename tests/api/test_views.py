@@ -1,4 +1,5 @@
 import io
+from dataclasses import replace
 
 from rich.console import Console
 
@@ -19,11 +20,11 @@ STATUS = TrainingStatus(
 )
 
 
-def drawn(*, on_terminal: bool) -> str:
+def drawn(*, on_terminal: bool, status: TrainingStatus = STATUS) -> str:
     file = io.StringIO()
     console = Console(file=file, force_terminal=on_terminal, force_jupyter=False, width=100)
     with TrainingView(console, "swift-0") as view:
-        view.status(STATUS)
+        view.status(status)
         if view.is_drawn:
             view._live.refresh()  # rather than wait for its thread
         view.phase("drawing", 2)
@@ -31,6 +32,12 @@ def drawn(*, on_terminal: bool) -> str:
         if view.is_drawn:
             view._live.refresh()
     return file.getvalue()
+
+
+def test_a_run_that_may_stop_early_is_counted_to_its_limit_at_most():
+    text = drawn(on_terminal=True, status=replace(STATUS, may_stop_early=True))
+    assert "training swift-0 (stops once solved; at most)" in text
+    assert "ETA ≤" in text
 
 
 def test_training_is_drawn_on_a_terminal():

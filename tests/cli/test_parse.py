@@ -8,26 +8,87 @@ from touchdown.config.toml import to_toml
 from touchdown.core.errors import UserError
 
 
-def test_the_help_of_every_verb_names_units_and_defaults(capsys):
-    for verb in parse.VERBS:
-        with pytest.raises(SystemExit) as stop:
-            app.main([verb, "--help"])
-        assert stop.value.code == 0
-        assert f"usage: touchdown {verb}" in capsys.readouterr().out
-    with pytest.raises(SystemExit):
-        app.main(["train", "paper-best", "--help"])
-    shown = capsys.readouterr().out
-    assert "--resaves INT" in shown
-    assert "default: 10)" in shown
-    for name in presets.PRESETS:
-        assert name in shown
+def shown_help(*words, capsys) -> str:
+    with pytest.raises(SystemExit) as stop:
+        app.main([*words, "--help"])
+    assert stop.value.code == 0
+    return capsys.readouterr().out
 
 
-@pytest.mark.parametrize("verb", ["evaluate", "fly"])
-def test_verbs_that_fly_take_a_policy(verb, capsys):
+COMMANDS = [(verb,) for verb in parse.VERBS] + [
+    *(("tune", word) for word in ("pid", "agent")),
+    *(("study", word) for word in ("run", "status", "report", "list")),
+    *(("train", preset) for preset in ("pilot", "swift", "tabular-q", "value-iteration")),
+]
+
+
+@pytest.mark.parametrize("columns", [80, 120])
+def test_no_line_of_any_help_is_wider_than_the_terminal(columns, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    for words in [(), *COMMANDS]:
+        text = shown_help(*words, capsys=capsys)
+        assert text.startswith(f"usage: touchdown {' '.join(words)}".strip())
+        assert max(map(len, text.splitlines())) <= columns, words
+        assert "None" not in text, words
+
+
+@pytest.mark.parametrize("words", [[], ["study"], ["tune"], ["help"], ["-h"]])
+def test_a_word_that_needs_another_shows_its_help(words, capsys):
+    with pytest.raises(SystemExit) as stop:
+        app.main(words)
+    assert stop.value.code == 0
+    assert capsys.readouterr().out.startswith("usage: touchdown")
+
+
+def test_help_before_a_verb_is_the_help_of_the_verb(capsys):
     with pytest.raises(SystemExit):
-        parse.parse([verb, "--help"])
-    assert " POLICY" in capsys.readouterr().out.splitlines()[0]
+        app.main(["help", "tune", "pid"])
+    assert capsys.readouterr().out.startswith("usage: touchdown tune pid [flags]")
+
+
+def test_the_help_of_train_is_short_and_names_the_way_to_the_rest(capsys):
+    text = shown_help("train", capsys=capsys)
+    assert len(text.splitlines()) < 70
+    assert "`touchdown presets` lists the presets" in text
+    assert "--learning-rate FLOAT" in text
+    assert "--noisy" not in text
+
+
+def test_the_help_of_a_preset_shows_its_own_defaults(capsys):
+    text = shown_help("train", "paper-best", capsys=capsys)
+    assert "--resaves INT" in text
+    assert "default: 10)" in text
+
+
+@pytest.mark.parametrize(
+    ("preset", "absent"),
+    [
+        ("pilot", ["--rollout-steps", "--bins"]),
+        ("swift", ["--double", "--capacity", "--bins", "--optimizer", "--activation"]),
+        ("tabular-q", ["--hidden-sizes", "--batch-size", "--trace-decay"]),
+    ],
+)
+def test_the_help_of_a_preset_omits_the_settings_that_it_refuses(preset, absent, capsys):
+    text = shown_help("train", preset, capsys=capsys)
+    assert "--gamma" in text
+    for flag in absent:
+        assert flag not in text
+
+
+def test_a_verb_that_flies_takes_a_policy(capsys):
+    for verb in ("evaluate", "fly"):
+        assert " POLICY" in shown_help(verb, capsys=capsys).splitlines()[0]
+
+
+def test_lists_and_whole_numbers_are_read_in_every_common_form():
+    for sizes in (["64", "32"], ["64,32"], ["64.0", "32"]):
+        verb = parse.parse(["train", "--hidden-sizes", *sizes])
+        assert isinstance(verb, Train)
+        assert verb.network.hidden_sizes == (64, 32)
+    for text in ("1e5", "100_000", "100000.0", "100000"):
+        verb = parse.parse(["train", f"--capacity={text}"])
+        assert isinstance(verb, Train)
+        assert verb.replay.capacity == 100_000
 
 
 def test_flags_override_the_file_and_the_file_overrides_the_preset(tmp_path):

@@ -31,7 +31,7 @@ def test_an_exported_run_flies_as_the_run_does(finished, tmp_path, monkeypatch, 
     stored = json.loads((finished / "cart" / "evaluation.json").read_text())["pilots"][0]
     assert json.loads(capsys.readouterr().out)["episodes"] == stored["episodes"]
     again = complaint("export", "cart", f"--runs-dir={finished}", capsys=capsys)
-    assert again == "out 'cart-onnx': exists already; choose another folder"
+    assert again == ("out 'cart-onnx': exists already; choose another, or replace it with --force")
 
 
 def test_an_environment_without_pictures_is_flown_without_a_film(tmp_path, monkeypatch, capsys):

@@ -1,3 +1,4 @@
+import shutil
 import signal
 import subprocess
 import sys
@@ -80,3 +81,17 @@ def test_an_unknown_logger_is_refused(capsys):
     with pytest.raises(SystemExit):
         parse(["train", "--help"])
     assert "--logger" in capsys.readouterr().out
+
+
+def test_a_finished_run_is_not_resumed_but_said_to_be_finished(finished, tmp_path, capsys):
+    runs = tmp_path / "runs"
+    shutil.copytree(finished, runs)
+    app.main(["train", "dqn", "--resume=cart", f"--runs-dir={runs}"])
+    assert capsys.readouterr().out.splitlines()[0] == "cart: finished already"
+
+
+def test_a_preset_other_than_the_runs_is_refused_with_resume(finished, capsys):
+    said = complaint("train", "pilot", "--resume=cart", f"--runs-dir={finished}", capsys=capsys)
+    assert said == "preset 'pilot': run 'cart' was started with 'dqn'; leave the preset out"
+    said = complaint("train", "dqn", "--gamma=0.5", "--resume=cart", capsys=capsys)
+    assert said.startswith("resume 'cart': a run resumes with its own settings")

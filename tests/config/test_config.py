@@ -502,7 +502,6 @@ def test_numbers_and_brackets_beyond_reason_are_refused_in_one_line(text, tmp_pa
     ("values", "complaint"),
     [
         ({"polyak": 0.1, "target_period": 800}, r"polyak = 0\.1: must be 0 with target_period"),
-        ({"double": True}, "double = True: must have a target network"),
         ({"double": 1}, "double = 1: must be true or false"),
         ({"n_step": 0}, "n_step = 0: must be 1 to"),
         ({"polyak": 1.5}, r"polyak = 1\.5: must be from 0"),
@@ -616,12 +615,19 @@ def test_a_field_that_an_algorithm_makes_no_use_of_is_refused(values, complaint)
         Config(**values)
 
 
-def test_a_double_target_and_sarsas_do_not_go_together():
-    for target in ("sarsa", "expected-sarsa"):
-        with pytest.raises(
-            ValueError, match=f"double = True: must be False with target = '{target}'"
-        ):
-            LearningConfig(double=True, target_period=9, target=target)
+def test_a_double_target_needs_a_target_network_and_the_greedy_action():
+    with pytest.raises(ValueError, match="double = True: must have a target network"):
+        Config(learning=LearningConfig(double=True))
+    with pytest.raises(ValueError, match="double = True: must be False with target = 'sarsa'"):
+        Config(learning=LearningConfig(double=True, target_period=9, target="sarsa"))
+
+
+def test_a_refusal_never_asks_for_a_setting_that_is_refused_too():
+    with pytest.raises(ValueError, match="double = True: must stay False with algorithm = 'pqn'"):
+        Config(algorithm="pqn", learning=LearningConfig(double=True))
+    fused = LearningConfig(backend="fused", loss="huber")
+    with pytest.raises(ValueError, match="quantiles = 8: must stay 0 with algorithm = 'pqn'"):
+        Config(algorithm="pqn", learning=fused, network=NetworkConfig(quantiles=8))
 
 
 def test_what_an_algorithm_uses_is_taken():

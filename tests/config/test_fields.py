@@ -5,7 +5,7 @@ import pytest
 
 from touchdown.config import presets
 from touchdown.config.config import Config
-from touchdown.config.fields import bare_names, nearest, with_settings
+from touchdown.config.fields import bare_names, with_settings
 from touchdown.config.sections import SECTIONS, NetworkConfig
 from touchdown.core.errors import UserError
 
@@ -61,7 +61,8 @@ def test_an_unknown_setting_is_answered_with_the_nearest_one():
     assert refusal(learning_rat=1e-3) == (
         "learning_rat: unknown setting; did you mean learning_rate?"
     )
-    assert refusal(zzz=1) == "zzz: unknown setting; `touchdown train --help` lists them"
+    assert refusal(lr=1e-3) == "lr: unknown setting; did you mean learning_rate?"
+    assert refusal(zzz=1) == "zzz: unknown setting; `touchdown train PRESET --help` lists them"
 
 
 def test_a_preset_as_a_keyword_is_refused_instead_of_only_naming_the_settings():
@@ -76,8 +77,3 @@ def test_a_refused_value_is_named_with_what_would_be_right():
     assert refusal(rollout_steps=5) == (
         "rollout_steps = 5: must stay 32 with algorithm = 'dqn', which does not use it"
     )
-
-
-def test_the_nearest_name_is_none_where_all_are_far():
-    assert nearest("gama", ["alpha", "gamma"]) == "gamma"
-    assert nearest("xyz", ["alpha", "gamma"]) is None

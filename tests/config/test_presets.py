@@ -58,6 +58,8 @@ def test_presets_are_different_settings_and_not_only_different_labels():
     assert len({config.digest for config in PRESETS.values()}) == len(PRESETS)
 
 
-def test_an_unknown_preset_is_refused_with_the_choices():
-    with pytest.raises(UserError, match="preset 'paper': unknown; choose one of dqn, target-dqn"):
+def test_an_unknown_preset_is_refused_with_the_nearest_one():
+    with pytest.raises(UserError, match=r"preset 'paper': unknown; did you mean paper-best\?"):
         preset("paper")
+    with pytest.raises(UserError, match="preset 'zz': unknown; `touchdown presets` lists them"):
+        preset("zz")

@@ -58,7 +58,11 @@ class Closed(msgspec.Struct, forbid_unknown_fields=True):
         ({"observations": 1, "inner": []}, Outer, "x.inner = []: must be an object or null"),
         ({"observations": 1, "by_name": {"a": 0}}, Outer, "x.by_name.a = 0: must be a list"),
         ({"observations": 13}, Outer, "x.observations = 13: must be lucky"),
-        ({"sede": 1}, Closed, "x: unknown field 'sede'; known: seeds, of"),
+        (
+            {"sede": 1},
+            Closed,
+            "x: unknown field 'sede'; must be one of seeds, of; did you mean seeds?",
+        ),
         ({"of": [{"observations": None}]}, Closed, "x.of[0].observations = None: must be a whole"),
         ("a" * 100, int, f"x = '{'a' * 56}...: must be a whole number"),
     ],

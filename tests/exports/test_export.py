@@ -205,7 +205,7 @@ def test_an_existing_file_or_folder_is_not_overwritten(run, tmp_path):
     (tmp_path / "mine" / "thesis.txt").write_text("years of work")
     (tmp_path / "file").write_text("mine")
     for out in (tmp_path / "mine", tmp_path / "file", tmp_path):
-        with pytest.raises(touchdown.UserError, match="exists already; choose another folder"):
+        with pytest.raises(touchdown.UserError, match="exists already; choose another, or replace"):
             touchdown.export(run, out=out)
     with pytest.raises(touchdown.UserError, match="cannot be written"):
         touchdown.export(run, "safetensors", out=tmp_path / "file" / "inside")

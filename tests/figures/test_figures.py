@@ -118,6 +118,12 @@ def test_a_few_terrible_returns_do_not_squeeze_the_rest(ax):
     assert f"3 below −{-low:g}" in legend_texts(ax)
 
 
+def test_returns_between_0_and_1_fill_the_axes(ax):
+    rows = [episode(number, number % 2) for number in range(10)]
+    curve.learning_curve(ax, rows, [], threshold=0.7)
+    assert_allclose(ax.get_ylim(), [-0.1, 1.05])  # not from -50
+
+
 def test_short_run_shows_every_return(ax):
     curve.learning_curve(ax, [episode(0, -5000), episode(1, 100)], [])
     assert ax.get_ylim()[0] < -5000

@@ -21,7 +21,7 @@ def test_the_shipped_gains_are_those_of_the_better_rule():
     [
         ('rule = "up"\n', "rule = 'up': must be one of absolute, signed"),
         ("dead_band = -1\n", "dead_band = -1"),
-        ("kp = 1\n", "unknown field 'kp'; known: rule, kp_vertical"),
+        ("kp = 1\n", "unknown field 'kp'; must be one of rule, kp_vertical"),
         ("kp_vertical = 'big'\n", "kp_vertical = 'big': must be a number"),
         ('rule = "signed"\n', "kp_vertical, ki_vertical, kp_angle, kd_angle, dead_band: missing"),
     ],
@@ -44,9 +44,21 @@ def test_the_random_policy_acts_the_same_from_a_start_whatever_other_starts_are_
 
 
 def test_the_random_policy_takes_every_action_equally_often():
-    observations = np.random.default_rng(0).normal(size=(4_000, 8)).astype(np.float32)
-    counts = np.bincount(baselines.RandomPolicy(4).act(observations), minlength=4)
-    assert counts == pytest.approx(1_000, abs=100)  # 3.7 standard deviations
+    # in a single state, as in a table's environment
+    seen, seeds, steps = np.zeros((4_000, 8), np.float32), np.arange(4_000) % 40, np.arange(4_000)
+    for actions in (
+        baselines.RandomPolicy(4).act_at(seen, seeds, steps // 40),
+        baselines.RandomPolicy(4).act(seen),
+    ):
+        counts = np.bincount(actions, minlength=4)
+        assert counts == pytest.approx(1_000, abs=100)  # 3.7 standard deviations
+
+
+def test_random_actions_repeat_for_one_seed_and_differ_between_seeds():
+    policy, seen, steps = baselines.RandomPolicy(4), np.zeros((100, 1)), np.arange(100)
+    first = policy.act_at(seen, np.full(100, 7), steps).tolist()
+    assert baselines.RandomPolicy(4).act_at(seen, np.full(100, 7), steps).tolist() == first
+    assert policy.act_at(seen, np.full(100, 8), steps).tolist() != first
 
 
 def test_the_heuristic_flies_as_it_does_in_gymnasium():

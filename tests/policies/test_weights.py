@@ -75,7 +75,10 @@ def test_one_wrong_value_in_a_text_is_reported_in_one_line(path, name):
         ({"preset": None}, "preset: missing"),
         ({"env_id": None}, "not a policy's weights: env_id: missing"),
         ({"table": None}, "not a policy's weights: must describe either a network or a table"),
-        ({"table": '{"layers": 3}'}, "not a policy's weights: unknown field 'layers'; known: bins"),
+        (
+            {"table": '{"layers": 3}'},
+            "not a policy's weights: unknown field 'layers'; must be one of bins",
+        ),
     ],
 )
 def test_texts_that_are_missing_or_wrong_are_refused(path, changes, said):

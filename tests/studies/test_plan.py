@@ -160,11 +160,11 @@ def test_a_claim_about_what_the_study_does_not_have_is_refused():
     known = Claim("More.", Greater("0.99", "0.9"))
     study(known)
     with pytest.raises(
-        UserError, match=r"claim 'More.': level '0\.95': unknown; choose one of 0\.9, 0\.99"
+        UserError, match=r"claim 'More.': level '0\.95': unknown; must be one of 0\.9, 0\.99"
     ):
         study(Claim("More.", Greater("0.95", "0.9")))
     # of two factors a level alone is no cell
-    with pytest.raises(UserError, match=r"level '0\.99': unknown; choose one of 0\.9 · 10, "):
+    with pytest.raises(UserError, match=r"level '0\.99': unknown; must be one of 0\.9 · 10, "):
         study(known, factors=[GAMMAS, SIZES])
     study(Claim("More.", Greater("0.99 · 10", "0.9 · 10")), factors=[GAMMAS, SIZES])
     with pytest.raises(UserError, match=r"claim 'Luck\.': metric = 'luck': must be one of"):

@@ -6,8 +6,11 @@ from pathlib import Path
 from touchdown.api.policies import shipped
 from touchdown.api.runs import RunLike, find_run
 from touchdown.core import device, plugins
+from touchdown.core.errors import UserError
 from touchdown.exports import source as sources
 from touchdown.exports.export import Export, Format, write_export
+from touchdown.policies import lookup
+from touchdown.policies.names import BASELINES
 from touchdown.runs.folder import DEFAULT_RUNS
 from touchdown.runs.run import Run
 
@@ -17,6 +20,7 @@ def export(
     format: Format = "onnx",  # noqa: A002 - as the flag
     *,
     out: Path | str | None = None,
+    force: bool = False,
     runs_dir: Path | str = DEFAULT_RUNS,
     trust: bool = False,
 ) -> Export:
@@ -29,6 +33,7 @@ def export(
         format: `onnx`, for any ONNX runtime and checked against the policy before it is written, or
             `safetensors`, touchdown's own format.
         out: folder to create; None uses `<run>-<format>` in the current folder.
+        force: whether to replace the files of an earlier export in an existing folder.
         runs_dir: folder of the runs.
         trust: whether to import code that the run names: its environment's module, its agent.
 
@@ -40,9 +45,15 @@ def export(
     device.use_default()
     folder = None if out is None else Path(out)
     if not isinstance(run, Run):
+        if str(run) in BASELINES:
+            known = ", ".join(lookup.shipped_names())
+            raise UserError(
+                f"run {str(run)!r}: is no network, so nothing can be exported; must be a run, "
+                f"or a policy that comes with touchdown: {known}"
+            )
         weights = shipped(str(run), Path(runs_dir))
         if weights is not None:
             with resources.as_file(weights) as path:
-                return write_export(sources.of_shipped(path), format, folder)
+                return write_export(sources.of_shipped(path), format, folder, force=force)
     with plugins.trusting(everything=trust):
-        return write_export(sources.of_run(find_run(run, runs_dir)), format, folder)
+        return write_export(sources.of_run(find_run(run, runs_dir)), format, folder, force=force)

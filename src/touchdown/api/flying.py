@@ -5,7 +5,7 @@ from pathlib import Path
 from rich.console import Console
 
 from touchdown.api.policies import PolicyLike, find_policy
-from touchdown.core import notebook, plugins
+from touchdown.core import files, notebook, plugins
 from touchdown.core.errors import UserError
 from touchdown.core.progress import Counter, console_for
 from touchdown.core.seeding import check_seed
@@ -27,7 +27,7 @@ def evaluate(
     *,
     episodes: int = 100,
     seed: int = TEST_STARTS.start,
-    env_id: EnvLike = "LunarLander-v3",
+    env_id: EnvLike | None = None,
     runs_dir: Path | str = DEFAULT_RUNS,
     vecnormalize: Path | str | None = None,
     trust: bool = False,
@@ -42,7 +42,8 @@ def evaluate(
         seed: environment seed of the first start; the others have the following seeds.
             Seeds below 1,000,000 are test starts.
         env_id: the environment for `random` and for a file of another library that does not name
-            one; other policies name theirs. An id, an environment, or a function that makes one.
+            one; other policies name theirs and refuse another. An id, an environment, or a
+            function that makes one; None is LunarLander-v3.
         runs_dir: folder of the runs.
         vecnormalize: for a Stable-Baselines3 `.zip`: the file that `VecNormalize.save` wrote, or
             `none` if observations were not normalised in training; None finds out.
@@ -60,7 +61,8 @@ def evaluate(
     starts = range(seed, seed + episodes)
     with plugins.trusting(everything=trust):
         statistics = None if vecnormalize is None else str(vecnormalize)
-        named = find_policy(policy, Path(runs_dir), custom.name_of(env_id), statistics)
+        env_name = None if env_id is None else custom.name_of(env_id)
+        named = find_policy(policy, Path(runs_dir), env_name, statistics)
         with Counter(console_for(progress, console), f"evaluating {named.name}", episodes) as count:
             return evaluations.evaluate_policy(named, starts, on_episode=count)
 
@@ -70,7 +72,8 @@ def fly(
     *,
     seed: int = TEST_STARTS.start,
     out: Path | str | None = None,
-    env_id: EnvLike = "LunarLander-v3",
+    force: bool = False,
+    env_id: EnvLike | None = None,
     runs_dir: Path | str = DEFAULT_RUNS,
     vecnormalize: Path | str | None = None,
     trust: bool = False,
@@ -81,24 +84,29 @@ def fly(
         policy: a run, its name, or another policy; see `PolicyLike`.
         seed: environment seed of the start.
         out: a `.gif` or `.mp4` file to write, or `window` to watch it live; None makes no film.
+        force: whether to replace an existing file.
         env_id: the environment for `random` and for a file of another library that does not name
-            one; other policies name theirs. An id, an environment, or a function that makes one.
+            one; other policies name theirs and refuse another. An id, an environment, or a
+            function that makes one; None is LunarLander-v3.
         runs_dir: folder of the runs.
         vecnormalize: for a Stable-Baselines3 `.zip`: the file that `VecNormalize.save` wrote, or
             `none` if observations were not normalised in training; None finds out.
         trust: whether to import code that a file names: an environment's module or an agent.
 
     Raises:
-        UserError: there is no such policy, no display for a window, or `out` cannot be written.
+        UserError: there is no such policy, no display for a window, or `out` exists already or
+            cannot be written.
     """
     check_seed(seed)
     with plugins.trusting(everything=trust):
         statistics = None if vecnormalize is None else str(vecnormalize)
-        named = find_policy(policy, Path(runs_dir), custom.name_of(env_id), statistics)
+        env_name = None if env_id is None else custom.name_of(env_id)
+        named = find_policy(policy, Path(runs_dir), env_name, statistics)
         if out is not None and str(out) == "window":
             return films.show_window(named.env_id, named.policy, seed, named.name)
         if out is not None:
             films.check_video_path(Path(out))
+            files.check_new(Path(out), force=force)
         drawn = out is not None or notebook.in_notebook()  # which shows the flight as a film
         try:
             flight = _flown(named, seed, drawn=drawn)

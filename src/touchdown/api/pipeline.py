@@ -89,6 +89,7 @@ def _completed(
     config = folder.config()
     for name, where in services.open_loggers(loggers, folder, listeners).items():
         shown.print(f"logger {name}: {where}", soft_wrap=True, markup=False, highlight=False)
+    was_finished = Run(folder).status == "finished"
     began = time.monotonic()
     with (
         views.TrainingView(shown, folder.name) as view,
@@ -125,9 +126,10 @@ def _completed(
         view.advance()
     seconds = f"trained in {progress.clock(trained - began)}"
     total = progress.clock(time.monotonic() - began)
+    took = "finished already" if was_finished else f"{seconds}, {total} in total"
     # all at once, because a notebook separates the outputs of several prints
     shown.print(
-        Text(f"{folder.name}: {seconds}, {total} in total"),
+        Text(f"{folder.name}: {took}"),
         *_results(run, tested, text, notes),
         sep="\n",
         crop=False,

@@ -21,6 +21,7 @@ def tune_pid(
     tolerance: float = 0.2,
     begin: PIDConfig | Path | str | None = None,
     out: Path | str | None = None,
+    force: bool = False,
     progress: bool | None = None,
     console: Console | None = None,
 ) -> PIDConfig:
@@ -35,6 +36,7 @@ def tune_pid(
         begin: gains to start from, or a TOML file of them, such as the result of an earlier tuning;
             None starts from hand-picked gains.
         out: a TOML file for the gains; None only returns them.
+        force: whether to replace an existing file.
         progress: True shows progress and results, False shows nothing; None shows them in a
             notebook and on a terminal.
         console: where to show them; None uses the notebook's output or standard output.
@@ -43,7 +45,8 @@ def tune_pid(
         The best gains found, even if tuning was stopped early.
 
     Raises:
-        UserError: a number is out of range, `begin` is broken, or `out` cannot be written.
+        UserError: a number is out of range, `begin` is broken, or `out` exists already or cannot be
+            written.
     """
     if starts < 1:
         raise UserError(f"starts = {starts}: must be at least 1")
@@ -52,6 +55,7 @@ def tune_pid(
     check_seed(seed)
     if out is not None:
         files.check_file(Path(out), "out")
+        files.check_new(Path(out), force=force)
     if begin is None:
         first = pid_tuning.HAND_PICKED
     else:

@@ -58,13 +58,14 @@ class TrainingView(View):
             ("loss", loss),
             ("timed out", f"{status.recent_time_limit_share:.0%}"),
             ("steps/s", f"{status.steps_per_second:,.0f}"),
-            ("ETA", clock(status.seconds_left)),
+            ("ETA ≤" if status.may_stop_early else "ETA", clock(status.seconds_left)),
         ]
         for _ in cells:
             table.add_column(justify="right", no_wrap=True)
         table.add_row(*(Text(name, style="dim") for name, _ in cells))
         table.add_row(*(Text(value, style="bold") for _, value in cells))
-        bar = share_bar(self._console, f"training {self._name}", status.share_done)
+        limit = " (stops once solved; at most)" if status.may_stop_early else ""
+        bar = share_bar(self._console, f"training {self._name}{limit}", status.share_done)
         return Group(bar, table)
 
 

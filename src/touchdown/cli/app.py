@@ -8,10 +8,11 @@ from collections.abc import Sequence
 
 from touchdown.cli.parse import named_in, parse
 from touchdown.core import plugins, processes
-from touchdown.core.errors import Interrupted, UserError, one_line
+from touchdown.core.errors import Interrupted, UserError, is_out_of_memory, one_line
 from touchdown.core.version import __version__
 
 _BAD_INPUT = 2
+_SHOWN = 200  # characters of a message that is not ours
 _INTERRUPTED = 130  # what a shell reports for a program ended by Ctrl-C
 
 
@@ -25,7 +26,7 @@ def main(argv: Sequence[str] | None = None) -> None:
         SystemExit: with code 2 for bad input, 130 after Ctrl-C, SIGTERM or SIGHUP, and 0 after
             help.
     """
-    from rich.console import Console  # noqa: PLC0415 - heavy libraries load when used
+    from touchdown.core.terminal import make_console  # noqa: PLC0415 - it loads rich
 
     args = list(sys.argv[1:] if argv is None else argv)
     if args == ["--version"]:
@@ -36,12 +37,12 @@ def main(argv: Sequence[str] | None = None) -> None:
             stream.reconfigure(errors="replace")  # a terminal without UTF-8 still shows tables
     if argv is None:  # the process is ours
         warnings.showwarning = _show_warning
-    console = Console(width=None if sys.stdout.isatty() else 120, stderr="--json" in args)
+    console = make_console(on_terminal=sys.stdout.isatty(), stderr="--json" in args)
     try:
         with processes.stopping(processes.interrupt):
             verb = parse(args)
             plugins.allow(*named_in(args))
-            trust: bool = getattr(getattr(verb, "what", verb), "trust", False)
+            trust: bool = getattr(verb, "trust", False)
             with plugins.trusting(everything=trust):
                 verb.run(console)
             sys.stdout.flush()  # here, where a full disk is one line
@@ -50,6 +51,10 @@ def main(argv: Sequence[str] | None = None) -> None:
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         _fail(f"{where}{one_line(error)}", _BAD_INPUT)
+    except (ImportError, MemoryError, RuntimeError) as error:
+        if not is_out_of_memory(error):
+            raise
+        _fail(f"out of memory ({one_line(error)[:_SHOWN]})", _BAD_INPUT)
     except Interrupted as stopped:
         _fail(str(stopped), _INTERRUPTED)
     except KeyboardInterrupt:
@@ -62,12 +67,14 @@ def _show_warning(message: Warning | str, *_where: object) -> None:
 
 
 def _fail(message: str, code: int) -> None:
+    from touchdown.core.terminal import printable_line  # noqa: PLC0415 - it loads rich
+
     try:
         sys.stdout.flush()
     except OSError:
         processes.silence(sys.stdout)  # or Python fails again when it ends
     with contextlib.suppress(OSError):  # a closed terminal
-        sys.stderr.write(f"touchdown: {message}\n")
+        sys.stderr.write(f"touchdown: {printable_line(message)}\n")
         sys.stderr.flush()
     raise SystemExit(code)
 

@@ -16,7 +16,7 @@ Engine = Annotated[
     Literal["exact", "gymnasium"] | None,
     arg(
         help="What simulates the lander: `exact`, our C++ engine, or `gymnasium`, the original. "
-        "Their results are equal to the last bit. None uses `exact` if it was built. Tests and "
+        "Their results are equal to the last bit. Without it, `exact` if it was built. Tests and "
         "windows always use `gymnasium`."
     ),
 ]
@@ -25,10 +25,10 @@ FirstSeed = Annotated[
     int, arg(help="Environment seed of the first start; seeds below 1000000 are test starts.")
 ]
 EnvId = Annotated[
-    str,
+    str | None,
     arg(
         help="Environment (Gymnasium id or module:Id) for `random` and for a file of another "
-        "library that does not name one; other policies name theirs."
+        "library that does not name one; without it, LunarLander-v3. Other policies name theirs."
     ),
 ]
 PolicyName = Annotated[
@@ -57,13 +57,13 @@ Scale = Annotated[
 ]
 LastScale = Annotated[
     Literal["quick", "full"] | None,
-    arg(help="Scale of the paper's studies; None uses that of the last `study run`."),
+    arg(help="Scale of the paper's studies; without it, that of the last `study run`."),
 ]
 Seeds = Annotated[
-    int | None, arg(help="Training seeds per level; None uses the study's own number.")
+    int | None, arg(help="Training seeds per level; without it, the study's own number.")
 ]
 LastSeeds = Annotated[
-    int | None, arg(help="Training seeds per level; None uses the number of the last `study run`.")
+    int | None, arg(help="Training seeds per level; without it, as in the last `study run`.")
 ]
 StudyName = Annotated[
     str,
@@ -72,6 +72,8 @@ StudyName = Annotated[
         help="`paper` for all of the paper's studies, a name from `study list`, or a .toml file.",
     ),
 ]
+
+Force = Annotated[bool, arg(help="Replace the output if it exists already.")]
 
 Trust = Annotated[
     bool,

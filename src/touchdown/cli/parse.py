@@ -1,47 +1,90 @@
 """Parses a command line into a verb and its settings."""
 
 import io
-from collections.abc import Iterator, Sequence
+import sys
+from collections.abc import Mapping, Sequence
 from contextlib import redirect_stderr
+from functools import cache
 from itertools import zip_longest
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Any, NoReturn, Protocol
 
 import tyro
-from tyro.conf import OmitArgPrefixes, subcommand
+from tyro.conf import OmitArgPrefixes
 
-from touchdown.cli import messages
+from touchdown.cli import helps, messages
 from touchdown.cli.doctor import Doctor
+from touchdown.cli.flags import flags_of
 from touchdown.cli.former_flags import FORMER_FLAGS, with_present_names
 from touchdown.cli.policies import Evaluate, Export, Fly
+from touchdown.cli.presets import Presets
 from touchdown.cli.runs import Compare, Runs, Show
-from touchdown.cli.study import Study, StudyList, StudyReport, StudyRun, StudyStatus
+from touchdown.cli.study import StudyList, StudyReport, StudyRun, StudyStatus
 from touchdown.cli.train import Train
-from touchdown.cli.tune import Tune, TuneAgent, TunePid
+from touchdown.cli.tune import TuneAgent, TunePid
+from touchdown.cli.values import registry
+from touchdown.cli.words import ordered
 from touchdown.config import presets
-from touchdown.config.fields import bare_names
+from touchdown.config.rules import usable
 from touchdown.config.sections import SECTIONS
 from touchdown.config.toml import from_values, read_toml
 from touchdown.core.errors import UserError
+from touchdown.core.names import hint, nearest
 
-Verb = Train | Evaluate | Fly | Tune | Study | Compare | Runs | Show | Export | Doctor
-VERBS: dict[str, type[Verb]] = {
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+class Verb(Protocol):
+    """A parsed command line."""
+
+    def run(self, console: "Console") -> None:
+        """Do what it says."""
+        ...
+
+
+COMMANDS: Mapping[str, type[Any]] = {
     "train": Train,
+    "presets": Presets,
     "evaluate": Evaluate,
     "fly": Fly,
-    "tune": Tune,
-    "study": Study,
+    "tune pid": TunePid,
+    "tune agent": TuneAgent,
+    "study run": StudyRun,
+    "study status": StudyStatus,
+    "study report": StudyReport,
+    "study list": StudyList,
     "compare": Compare,
     "runs": Runs,
     "show": Show,
     "export": Export,
     "doctor": Doctor,
 }
-_SECOND_WORDS: dict[str, dict[str, type[Any]]] = {
-    "tune": {"pid": TunePid, "agent": TuneAgent},
-    "study": {"run": StudyRun, "status": StudyStatus, "report": StudyReport, "list": StudyList},
+_OF_TWO_WORDS: Mapping[str, str] = {
+    "tune": "Tune the PID controller or an agent's hyper-parameters.",
+    "study": "Compare settings over several training seeds, with intervals and verdicts.",
 }
-"""Second words of two-word verbs, which the flags belong to."""
+"""First words of verbs of two words, and what they are for."""
+VERBS: Mapping[str, str] = {
+    first: _OF_TWO_WORDS.get(first) or helps.summary(kind)
+    for verb, kind in COMMANDS.items()
+    for first in [verb.split()[0]]
+}
+"""First words, and what they are for."""
+_HELP = {"-h", "--help"}
+_MEANT: Mapping[str, str] = {
+    **dict.fromkeys(("learn", "fit"), "train"),
+    "resume": "train --resume",
+    **dict.fromkeys(("test", "eval"), "evaluate"),
+    **dict.fromkeys(("play", "film", "render", "watch"), "fly"),
+    **dict.fromkeys(("ls", "list"), "runs"),
+    "info": "show",
+    "diff": "compare",
+    "check": "doctor",
+    "onnx": "export",
+    "optimize": "tune",
+}
+"""Verbs, by what they are called elsewhere."""
 
 
 def parse(argv: Sequence[str]) -> Verb:
@@ -54,45 +97,90 @@ def parse(argv: Sequence[str]) -> Verb:
         UserError: there is no such verb, or its arguments are invalid.
         SystemExit: help was printed.
     """
-    if argv and not argv[0].startswith("-") and argv[0] not in VERBS:
-        raise UserError(f"verb {argv[0]!r}: unknown; choose one of {', '.join(VERBS)}")
-    argv = with_present_names(argv)
-    defaults = _train_defaults(argv)
-    # the preset is known by now; removing it makes --help show where it goes
-    rest = argv[2:] if _preset_in(argv) else argv[1:]
-    verbs = (
-        Annotated[Train, subcommand("train", default=defaults)]
-        | Annotated[Evaluate, subcommand("evaluate")]
-        | Annotated[Fly, subcommand("fly")]
-        | Annotated[Tune, subcommand("tune")]
-        | Annotated[Study, subcommand("study")]
-        | Annotated[Compare, subcommand("compare")]
-        | Annotated[Runs, subcommand("runs")]
-        | Annotated[Show, subcommand("show")]
-        | Annotated[Export, subcommand("export")]
-        | Annotated[Doctor, subcommand("doctor")]
-    )
+    argv = [*argv[1:], "--help"] if argv[:1] == ["help"] else argv
+    if not argv or argv[0] in _HELP:
+        _print_help(helps.of_program(VERBS))
+    first, *rest = argv
+    if first not in VERBS:
+        raise UserError(f"verb {first!r}: unknown; {_hint_of_verb(first)}")
+    words = (first,)
+    if first in _OF_TWO_WORDS:
+        seconds = {
+            verb.split()[1]: kind for verb, kind in COMMANDS.items() if verb.startswith(f"{first} ")
+        }
+        if not rest or rest[0] in _HELP:
+            _print_help(helps.of_words(first, VERBS[first], seconds))
+        second, *rest = rest
+        if second not in seconds:
+            raise UserError(f"{first} {second!r}: unknown; {hint(second, seconds)}")
+        words = (first, second)
+    return _parsed(words, with_present_names([*words, *rest])[len(words) :])
+
+
+def _parsed(words: tuple[str, ...], rest: Sequence[str]) -> Verb:
+    """The verb from the words that follow it."""
+    verb = " ".join(words)
+    kind = COMMANDS[verb]
+    defaults = None
+    preset = None
+    if kind is Train:
+        if any(_with_value(word, "--preset") for word in rest):
+            raise UserError("--preset: a preset is a word of its own, such as `train pilot`")
+        preset = rest[0] if rest and not rest[0].startswith("-") else None
+        rest = rest if preset is None else rest[1:]
+        defaults = _train_defaults(preset, rest)
+    if not _HELP.isdisjoint(rest):
+        if isinstance(defaults, Train):
+            can_use = usable(defaults.settings())
+            _print_help(helps.of_training(Train, preset, defaults, can_use))
+        _print_help(helps.of_verb(verb, kind))
+    args = ordered(verb, flags_of(kind), rest, FORMER_FLAGS.get(words, {}), _flags_of_verbs())
+    if defaults is not None and args and not args[0].startswith("-"):
+        raise UserError(f"preset {args[0]!r}: must be given once, right after `train`")
     complaint = io.StringIO()
     try:
         with redirect_stderr(complaint):
-            verb: Verb = tyro.cli(
-                verbs,  # pyright: ignore[reportArgumentType] - a union of types is a type to tyro
-                args=[*argv[:1], *rest],
+            return tyro.cli(
+                kind,
+                args=args,
+                default=defaults,
                 prog="touchdown",
-                description="A deep Q-learning laboratory for the lunar lander.",
                 config=(OmitArgPrefixes,),
+                registry=registry(),
             )
-    except SystemExit as error:
-        if error.code in (0, None):
-            raise
-        words = _verb_in(argv)
-        flags = {flag: flag for flag in _flags_of(words)} | dict(FORMER_FLAGS.get(words, {}))
-        raise UserError(
-            messages.one_line_of(complaint.getvalue(), " ".join(words), flags)
-        ) from None
-    if isinstance(verb, Train) and verb.preset != defaults.preset:
-        raise UserError(f"preset {verb.preset!r}: must be given once, right after `train`")
-    return verb
+    except SystemExit:
+        raise UserError(messages.one_line_of(complaint.getvalue())) from None
+
+
+@cache
+def _flags_of_verbs() -> Mapping[str, str]:
+    """The flags of all verbs, each with a verb that has it."""
+    found: dict[str, str] = {}
+    for verb, kind in COMMANDS.items():
+        for flag in flags_of(kind):
+            for word in flag.words:
+                found.setdefault(word, verb)
+    return found
+
+
+def _print_help(text: str) -> NoReturn:
+    sys.stdout.write(text)
+    raise SystemExit(0)
+
+
+def _hint_of_verb(word: str) -> str:
+    """What to type instead of an unknown verb."""
+    if word in _MEANT:
+        return f"did you mean `touchdown {_MEANT[word]}`?"
+    if word in presets.PRESETS:
+        return f"did you mean `touchdown train {word}`?"
+    near = nearest(word, (*VERBS, "--version"))
+    listed = "`touchdown --help` lists them"
+    return listed if near is None else f"did you mean `touchdown {near}`?"
+
+
+def _with_value(word: str, flag: str) -> bool:
+    return word.partition("=")[0] == flag
 
 
 def named_in(argv: Sequence[str]) -> list[str]:
@@ -101,11 +189,10 @@ def named_in(argv: Sequence[str]) -> list[str]:
     return [value for flag in flags for value in _values_of(argv, flag)]
 
 
-def _train_defaults(argv: Sequence[str]) -> Train:
+def _train_defaults(given: str | None, argv: Sequence[str]) -> Train:
     """The defaults of `train`'s flags, which depend on the given preset and TOML file."""
-    if not argv or argv[0] != "train":
-        return Train()
-    given = _preset_in(argv)
+    if given is not None:
+        presets.preset(given)
     file = _value_of(argv, "--config")
     values = {} if file is None else read_toml(Path(file))
     named = str(values.get("preset"))
@@ -115,18 +202,13 @@ def _train_defaults(argv: Sequence[str]) -> Train:
     sections = {section: getattr(config, section) for section in SECTIONS}
     return Train(
         preset=given or config.preset,
+        given_preset=given,
         seed=config.seed,
         env_id=config.env_id,
         algorithm=config.algorithm,
         base_options=dict(config.options),
         **sections,
     )
-
-
-def _preset_in(argv: Sequence[str]) -> str | None:
-    if len(argv) > 1 and argv[0] == "train" and not argv[1].startswith("-"):
-        return argv[1]
-    return None
 
 
 def _values_of(argv: Sequence[str], flag: str) -> list[str]:
@@ -143,20 +225,3 @@ def _value_of(argv: Sequence[str], flag: str) -> str | None:
     if len(given) > 1:
         raise UserError(f"{flag}: given {len(given)} times; must be given once")
     return given[0] if given else None
-
-
-def _verb_in(argv: Sequence[str]) -> tuple[str, ...]:
-    """The verb's one or two words; empty if the line does not begin with a verb."""
-    if not argv or argv[0] not in VERBS:
-        return ()
-    return tuple(argv[: 2 if set(argv[1:2]) & _SECOND_WORDS.get(argv[0], {}).keys() else 1])
-
-
-def _flags_of(words: Sequence[str]) -> Iterator[str]:
-    """The current flags of a verb; for a lone first word, those of all its second words."""
-    if not words:
-        return
-    inner = _SECOND_WORDS.get(words[0], {"": VERBS[words[0]]})
-    for kind in [inner[words[1]]] if len(words) > 1 else inner.values():
-        names = (name for name in bare_names(kind) if name != "base_options")  # not a flag
-        yield from (f"--{name.replace('_', '-')}" for name in names)

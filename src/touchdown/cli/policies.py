@@ -14,6 +14,7 @@ from touchdown.cli.arguments import (
     EnvId,
     Episodes,
     FirstSeed,
+    Force,
     Json,
     PolicyName,
     RunsDir,
@@ -34,7 +35,7 @@ class Evaluate:
     policy: Positional[PolicyName]
     episodes: Episodes = 100
     seed: FirstSeed = 0
-    env_id: EnvId = "LunarLander-v3"
+    env_id: EnvId = None
     vecnormalize: VecNormalize = None
     trust: Trust = False
     json: Json = False
@@ -73,11 +74,12 @@ class Fly:
         str | None,
         arg(
             metavar="FILE",
-            help="A .gif or .mp4 file to write, or `window` to watch it live; None writes "
+            help="A .gif or .mp4 file to write, or `window` to watch it live; without it, "
             "POLICY-SEED.gif.",
         ),
     ] = None
-    env_id: EnvId = "LunarLander-v3"
+    force: Force = False
+    env_id: EnvId = None
     vecnormalize: VecNormalize = None
     trust: Trust = False
     runs_dir: RunsDir = DEFAULT_RUNS
@@ -97,6 +99,7 @@ class Fly:
             flying.fly,
             self.policy,
             seed=self.seed,
+            force=self.force,
             env_id=self.env_id,
             vecnormalize=self.vecnormalize,
             runs_dir=self.runs_dir,
@@ -137,8 +140,9 @@ class Export:
     ] = "onnx"
     out: Annotated[
         Path | None,
-        arg(metavar="FOLDER", help="Folder to create; None uses RUN-FORMAT in the current folder."),
+        arg(metavar="FOLDER", help="Folder to create; without it, RUN-FORMAT here."),
     ] = None
+    force: Force = False
     trust: Trust = False
     runs_dir: RunsDir = DEFAULT_RUNS
 
@@ -146,7 +150,11 @@ class Export:
         """Call `api.exporting.export`."""
         from touchdown.api import exporting  # noqa: PLC0415 - heavy libraries load when used
 
-        export = exporting.export(self.name, self.format, out=self.out, runs_dir=self.runs_dir)
+        export = exporting.export(
+            self.name, self.format, out=self.out, force=self.force, runs_dir=self.runs_dir
+        )
+        if export.note:
+            print_line(console, export.note)
         if export.agreement is not None:
             print_line(console, export.agreement)
         print_indented(console, export.files)

@@ -6,21 +6,26 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from touchdown.core.terminal import printable
+
 if TYPE_CHECKING:
     from rich.console import Console
 
 
 def print_line(console: "Console", line: object) -> None:
     """Print one line that scripts may read: unwrapped, without markup."""
-    console.print(str(line), soft_wrap=True, markup=False, highlight=False)
+    console.print(str(line), soft_wrap=True)
 
 
 def print_indented(console: "Console", lines: Iterable[Path | str]) -> None:
     """Print paths or details, indented under the previous output."""
     for line in lines:
-        console.print(f"  {line}", soft_wrap=True, markup=False)
+        console.print(f"  {line}", soft_wrap=True)
 
 
 def print_json(value: object) -> None:
     """Print a value as JSON on standard output."""
-    sys.stdout.write(json.dumps(value, indent=2, ensure_ascii=False) + "\n")
+    text = json.dumps(value, indent=2, ensure_ascii=False)
+    if printable(text) != text:  # what a terminal must not get is escaped
+        text = json.dumps(value, indent=2)
+    sys.stdout.write(f"{text}\n")

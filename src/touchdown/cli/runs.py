@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, arg
 
-from touchdown.cli.arguments import DEFAULT_RUNS, Json, RunName, RunsDir
+from touchdown.cli.arguments import DEFAULT_RUNS, Force, Json, RunName, RunsDir
 from touchdown.cli.printing import print_indented, print_json
 
 if TYPE_CHECKING:
@@ -30,9 +30,9 @@ class Runs:
             print_json(facts)
             return
         if not facts:
-            console.print(f"no runs in {self.runs_dir}; start one: touchdown train", markup=False)
+            console.print(f"no runs in {self.runs_dir}; start one: touchdown train")
             return
-        console.print(tables.runs_table(facts))
+        console.print(tables.runs_table(facts, console.width))
         print_indented(console, [run["error"] for run in facts if run["status"] == "broken"])
 
 
@@ -61,8 +61,8 @@ class Show:
         if self.json:
             print_json({**facts, "config": toml.to_dict(run.config), "pictures": pictures})
             return
-        console.print(tables.runs_table([facts]))
-        console.print(toml.to_toml(run.config), markup=False, highlight=False)
+        console.print(tables.runs_table([facts], console.width))
+        console.print(toml.to_toml(run.config), soft_wrap=True)
         evaluated = evaluations_of(run)
         if evaluated:
             console.print(table.evaluation_table(evaluated))
@@ -81,11 +81,14 @@ class Compare:
         ),
     ]
     out: Annotated[Path, arg(metavar="FOLDER", help="Folder for the page.")] = Path("comparison")
+    force: Force = False
     runs_dir: RunsDir = DEFAULT_RUNS
 
     def run(self, console: "Console") -> None:
         """Call `api.studies.compare`."""
         from touchdown.api import studies  # noqa: PLC0415 - heavy libraries load when used
 
-        page = studies.compare(self.names, out=self.out, runs_dir=self.runs_dir, console=console)
+        page = studies.compare(
+            self.names, out=self.out, force=self.force, runs_dir=self.runs_dir, console=console
+        )
         print_indented(console, [page])

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from tyro.conf import Positional, arg, subcommand
+from tyro.conf import Positional, arg
 
 from touchdown.cli.arguments import (
     DEFAULT_RESULTS,
+    Force,
     Json,
     LastScale,
     LastSeeds,
@@ -40,9 +41,9 @@ class StudyRun:
             "belongs to, or on a remote one (Ray needs the extra ray).",
         ),
     ] = "local"
-    workers: Annotated[int | None, arg(help="Number of parallel runs; None uses one per core.")] = (
-        None
-    )
+    workers: Annotated[
+        int | None, arg(help="Number of parallel runs; without it, one per core.")
+    ] = None
     dry_run: Annotated[
         bool,
         arg(help="Only print which runs are missing and an estimate of their time, measured here."),
@@ -91,7 +92,7 @@ class StudyStatus:
 
     name: Annotated[
         Positional[str | None],
-        arg(metavar="[NAME]", help="Name of a study; None shows all started studies."),
+        arg(metavar="[NAME]", help="Name of a study; without it, all started studies."),
     ] = None
     scale: LastScale = None
     seeds: LastSeeds = None
@@ -122,7 +123,7 @@ class StudyReport:
 
     name: Annotated[
         Positional[str | None],
-        arg(metavar="[NAME]", help="Name of a study; None uses the only started study."),
+        arg(metavar="[NAME]", help="Name of a study; without it, the only started one."),
     ] = None
     scale: LastScale = None
     seeds: LastSeeds = None
@@ -130,9 +131,10 @@ class StudyReport:
         Path | None,
         arg(
             metavar="FOLDER",
-            help="Folder for the page; None uses reports/NAME in the results folder.",
+            help="Folder for the page; without it, reports/NAME in the results folder.",
         ),
     ] = None
+    force: Force = False
     results_dir: ResultsDir = DEFAULT_RESULTS
 
     def run(self, console: "Console") -> None:
@@ -145,6 +147,7 @@ class StudyReport:
             scale=self.scale,
             seeds=self.seeds,
             out=self.out,
+            force=self.force,
             results_dir=self.results_dir,
             console=console,
         )
@@ -170,19 +173,3 @@ class StudyList:
             print_json([each.to_dict() for each in found])
         else:
             console.print(tables.topics_table(found))
-
-
-@dataclass(frozen=True, kw_only=True)
-class Study:
-    """Compare settings over several training seeds, with intervals and verdicts."""
-
-    what: (
-        Annotated[StudyRun, subcommand("run")]
-        | Annotated[StudyStatus, subcommand("status")]
-        | Annotated[StudyReport, subcommand("report")]
-        | Annotated[StudyList, subcommand("list")]
-    )
-
-    def run(self, console: "Console") -> None:
-        """Run the selected verb."""
-        self.what.run(console)

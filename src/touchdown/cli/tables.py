@@ -9,31 +9,68 @@ from rich.text import Text
 
 from touchdown.api.doctor import Finding
 
+_RUNS: Mapping[str, bool] = {
+    "run": False,
+    "preset": False,
+    "env": False,
+    "seed": True,
+    "status": False,
+    "episodes": True,
+    "env steps": True,
+    "minutes": True,
+    "test": True,
+}
+"""Columns of the table of runs, and whether they hold numbers."""
+_LEAST_NEEDED = ("preset", "episodes", "minutes", "seed", "env steps", "env")
+"""Columns that a narrow terminal goes without, in this order."""
+_SHORTEST_NAME = 16  # characters of a run's name in one line; longer names continue below
 
-def runs_table(facts: Sequence[Mapping[str, Any]]) -> Table:
-    """One row per run."""
+
+def runs_table(facts: Sequence[Mapping[str, Any]], width: int) -> Table:
+    """One row per run; a narrow terminal gets the more important columns.
+
+    Args:
+        facts: facts about runs, or the name and the error of a broken one.
+        width: characters in a line.
+    """
+    rows = [_cells_of(run) for run in facts]
+    shown = list(_RUNS)
+    widths = {name: max(map(len, [name, *(row[name] for row in rows)])) for name in shown}
+    widths["run"] = min(widths["run"], max(_SHORTEST_NAME, width // 3))
+    for name in _LEAST_NEEDED:
+        if sum(widths[each] for each in shown) + 3 * len(shown) <= width:
+            break
+        shown.remove(name)
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("run", no_wrap=True)
-    for name in ("preset", "env", "seed", "status", "episodes", "env steps", "minutes", "test"):
-        text = name in ("preset", "env", "status")
-        table.add_column(name, justify="left" if text else "right", no_wrap=True)
-    for run in facts:
-        if run["status"] == "broken":
-            table.add_row(Text(run["name"]), "", "", "", Text("broken", style="bold red"))
-            continue
-        test = run["test"]
-        table.add_row(
-            Text(run["name"]),
-            run["preset"],
-            run["env_id"],
-            str(run["seed"]),
-            run["status"],
-            f"{run['episodes']:,}",
-            f"{run['observations']:,}",
-            f"{run['seconds'] / 60:.1f}",
-            f"{test['mean']:.1f} ± {test['sd']:.1f}" if test else "-",
+    for name in shown:
+        folded = name == "run"
+        table.add_column(
+            name,
+            justify="right" if _RUNS[name] else "left",
+            no_wrap=not folded,
+            overflow="fold",
         )
+    for row in rows:
+        style = "bold red" if row["status"] == "broken" else ""
+        table.add_row(*(Text(row[n], style) if n == "status" else row[n] for n in shown))
     return table
+
+
+def _cells_of(run: Mapping[str, Any]) -> dict[str, str]:
+    if run["status"] == "broken":
+        return dict.fromkeys(_RUNS, "") | {"run": run["name"], "status": "broken"}
+    test = run["test"]
+    return {
+        "run": run["name"],
+        "preset": run["preset"],
+        "env": run["env_id"],
+        "seed": str(run["seed"]),
+        "status": run["status"],
+        "episodes": f"{run['episodes']:,}",
+        "env steps": f"{run['observations']:,}",
+        "minutes": f"{run['seconds'] / 60:.1f}",
+        "test": f"{test['mean']:z.1f} ± {test['sd']:.1f}" if test else "-",
+    }
 
 
 def findings_table(findings: Sequence[Finding]) -> Table:
@@ -44,14 +81,14 @@ def findings_table(findings: Sequence[Finding]) -> Table:
     table.add_column("", no_wrap=True)
     table.add_column("", overflow="fold")
     for finding in findings:
-        table.add_row(marks[finding.state], finding.name, Text(finding.text))
+        table.add_row(marks[finding.state], finding.name, finding.text)
     return table
 
 
 def studies_table(found: Sequence[Any]) -> Table:
     """One row per study: how many of its runs are done."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("study", no_wrap=True)
+    table.add_column("study", overflow="fold")
     for name in ("runs", "done", "failed", "missing"):
         table.add_column(name, justify="right", no_wrap=True)
     for each in found:
@@ -60,23 +97,21 @@ def studies_table(found: Sequence[Any]) -> Table:
             continue
         missing = each.runs - each.done - len(each.failed)
         cells = (each.runs, each.done, len(each.failed), missing)
-        table.add_row(Text(each.name), *map(str, cells))
+        table.add_row(each.name, *map(str, cells))
     return table
 
 
 def topics_table(found: Sequence[Any]) -> Table:
     """One row per topic of the paper: its question and number of runs."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("study", no_wrap=True)
+    table.add_column("study", overflow="fold")
     table.add_column("section", no_wrap=True)
     table.add_column("levels × seeds", no_wrap=True, justify="right")
     table.add_column("claims", justify="right")
     table.add_column("question", overflow="fold")
     for each in found:
         size = f"{each.cells} × {each.seeds}"
-        table.add_row(
-            Text(each.name), each.section, size, str(len(each.claims)), Text(each.question)
-        )
+        table.add_row(each.name, each.section, size, str(len(each.claims)), each.question)
     return table
 
 
@@ -84,11 +119,11 @@ def claims_table(decisions: Mapping[str, Sequence[Any]]) -> Table:
     """One row per claim: its verdict."""
     styles = {"holds": "green", "does not hold": "bold red", "undecided": "yellow"}
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("study", no_wrap=True)
+    table.add_column("study", overflow="fold")
     table.add_column("verdict", no_wrap=True)
     table.add_column("claim", overflow="fold")
     for topic, of_topic in decisions.items():
         for decision in of_topic:
             verdict = Text(decision.verdict, styles[decision.verdict])
-            table.add_row(topic, verdict, Text(decision.claim.sentence))
+            table.add_row(topic, verdict, decision.claim.sentence)
     return table

@@ -33,12 +33,6 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
-def _preset_help() -> str:
-    # tyro keeps a line break only if the next line does not begin with a letter
-    lines = [f"\n- {name}: {text}" for name, text in presets.SECTIONS_OF_THE_PAPER.items()]
-    return "Preset to start from, given right after `train`:" + "".join(lines) + "\n"
-
-
 @dataclass(frozen=True, kw_only=True)
 class Train:
     """Train an agent, select its best checkpoint, test it, and draw its figures and film.
@@ -46,13 +40,21 @@ class Train:
     Settings come from the preset, then the --config file, then the flags.
     """
 
-    preset: Annotated[Positional[str], arg(metavar="[PRESET]", help=_preset_help())] = "pilot"
+    preset: Annotated[
+        Positional[str],
+        arg(
+            metavar="[PRESET]",
+            help="Preset to start from, right after `train`; pilot if there is none.",
+        ),
+    ] = "pilot"
+    given_preset: Suppress[Fixed[str | None]] = None
+    """The preset on the command line."""
     config: Annotated[
         Path | None,
         arg(metavar="FILE", help="TOML file of settings, such as a run's config.toml."),
     ] = None
     name: Annotated[
-        str | None, arg(metavar="NAME", help="Name of the run; None uses PRESET-SEED.")
+        str | None, arg(metavar="NAME", help="Name of the run; without it, PRESET-SEED.")
     ] = None
     resume: Annotated[
         str | None,
@@ -120,7 +122,7 @@ class Train:
 
     def run(self, console: "Console") -> None:
         """Call `api.training.train` or `api.training.resume`."""
-        from touchdown.api import training  # noqa: PLC0415 - heavy libraries load when used
+        from touchdown.api import runs, training  # noqa: PLC0415 - heavy libraries load when used
         from touchdown.core import device  # noqa: PLC0415 - heavy libraries load when used
 
         device.use(self.device)
@@ -134,18 +136,25 @@ class Train:
                 console=console,
             )
             return
-        pilot = presets.preset("pilot")
+        base = presets.preset(self.given_preset or "pilot")
         # these may name the run's own code
-        given = replace(self.settings(), env_id=pilot.env_id, algorithm=pilot.algorithm)
-        if given != pilot or self.config or self.name:
+        given = replace(self.settings(), env_id=base.env_id, algorithm=base.algorithm)
+        if given != base or self.config or self.name:
             raise UserError(
                 f"resume {self.resume!r}: a run resumes with its own settings; "
-                "leave out the preset and the other flags"
+                "leave out the other flags"
             )
+        if self.given_preset is not None:
+            started = runs.show(self.resume, self.runs_dir).config.preset
+            if self.given_preset != started:
+                raise UserError(
+                    f"preset {self.given_preset!r}: run {self.resume!r} was started with "
+                    f"{started!r}; leave the preset out"
+                )
         training.resume(
             self.resume,
-            env=None if self.env_id == pilot.env_id else self.env_id,
-            agent=None if self.algorithm == pilot.algorithm else self.algorithm,
+            env=None if self.env_id == base.env_id else self.env_id,
+            agent=None if self.algorithm == base.algorithm else self.algorithm,
             runs_dir=self.runs_dir,
             logger=self.logger,
             console=console,

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from tyro.conf import Positional, arg, subcommand
+from tyro.conf import Positional, arg
 
-from touchdown.cli.arguments import DEFAULT_RESULTS, Engine, ResultsDir, use_engine
+from touchdown.cli.arguments import DEFAULT_RESULTS, Engine, Force, ResultsDir, use_engine
 from touchdown.cli.printing import print_indented, print_line
 
 if TYPE_CHECKING:
@@ -33,11 +33,12 @@ class TunePid:
         Path | None,
         arg(
             metavar="FILE",
-            help="TOML file of gains to start from, such as an earlier result; None starts from "
+            help="TOML file of gains to start from, such as an earlier result; without it, "
             "hand-picked gains.",
         ),
     ] = None
     out: Annotated[Path, arg(metavar="FILE", help="TOML file for the gains.")] = Path("pid.toml")
+    force: Force = False
     engine: Engine = None
 
     def run(self, console: "Console") -> None:
@@ -52,6 +53,7 @@ class TunePid:
             tolerance=self.tolerance,
             begin=self.begin,
             out=self.out,
+            force=self.force,
             console=console,
         )
         console.print(f"{best}\n  {self.out}", soft_wrap=True, markup=False)
@@ -71,7 +73,7 @@ class TuneAgent:
         int, arg(help="Training seeds per trial; a trial's value is the mean over them.")
     ] = 3
     env_steps: Annotated[
-        int | None, arg(help="Environment steps per run; None uses the preset's limit.")
+        int | None, arg(help="Environment steps per run; without it, the preset's limit.")
     ] = None
     seed: Annotated[int, arg(help="Seed of Optuna's sampler.")] = 0
     storage: Annotated[
@@ -79,13 +81,14 @@ class TuneAgent:
         arg(
             metavar="URL",
             help="Optuna storage, such as postgresql://… to share the search between machines; "
-            "None uses SQLite in the results folder.",
+            "without it, SQLite in the results folder.",
         ),
     ] = None
     out: Annotated[
         Path | None,
-        arg(metavar="FILE", help="TOML file for the best settings; None uses PRESET-tuned.toml."),
+        arg(metavar="FILE", help="TOML file for the best settings; without it, PRESET-tuned.toml."),
     ] = None
+    force: Force = False
     results_dir: ResultsDir = DEFAULT_RESULTS
 
     def run(self, console: "Console") -> None:
@@ -101,19 +104,9 @@ class TuneAgent:
             seed=self.seed,
             storage=self.storage,
             out=out,
+            force=self.force,
             results_dir=self.results_dir,
             console=console,
         )
         print_line(console, found)
         print_indented(console, found.files)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Tune:
-    """Tune the PID controller or an agent's hyper-parameters."""
-
-    what: Annotated[TunePid, subcommand("pid")] | Annotated[TuneAgent, subcommand("agent")]
-
-    def run(self, console: "Console") -> None:
-        """Run the selected verb."""
-        self.what.run(console)

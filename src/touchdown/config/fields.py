@@ -1,14 +1,15 @@
 """Settings by their bare names, without their section: as flags and as keyword arguments."""
 
 import dataclasses
-import difflib
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, cast
 
 from touchdown.config.config import Config
 from touchdown.config.sections import SECTIONS
+from touchdown.config.synonyms import flag_for
 from touchdown.config.toml import present_name, to_dict
 from touchdown.core.errors import UserError, one_line
+from touchdown.core.names import hint
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -37,11 +38,6 @@ def flat(config: Config) -> dict[str, Any]:
         else:
             values[name] = value
     return values
-
-
-def nearest(name: str, known: Iterable[str]) -> str | None:
-    """The known name most similar to a misspelt one; None if there is none."""
-    return next(iter(difflib.get_close_matches(name, list(known), n=1)), None)
 
 
 def with_settings(config: Config, settings: Mapping[str, Any]) -> Config:
@@ -84,5 +80,7 @@ def with_settings(config: Config, settings: Mapping[str, Any]) -> Config:
 def _hint(given: str, value: object, known: Iterable[str]) -> str:
     if given in _NOT_SETTINGS:
         return f"a preset is the first argument: touchdown.train({value!r})"
-    near = nearest(given, known)
-    return f"did you mean {near}?" if near else "`touchdown train --help` lists them"
+    meant = flag_for(given, {name.replace("_", "-") for name in known})
+    if meant is not None:
+        return f"did you mean {meant.replace('-', '_')}?"
+    return hint(given, known, "`touchdown train PRESET --help` lists them")

@@ -81,6 +81,10 @@ def check_together(config: Sections) -> None:
     Raises:
         ValueError: two fields exclude each other, or one is set that the algorithm does not use.
     """
+    # an agent of the user's may read every setting; first, so that no later rule asks for a
+    # setting that the algorithm does not use
+    if config.algorithm in _USED:
+        _refuse_what_does_nothing(config)
     if config.network.quantiles and config.learning.loss != "huber":
         raise ValueError(
             f"loss = {config.learning.loss!r}: must be huber with quantiles = "
@@ -88,9 +92,37 @@ def check_together(config: Sections) -> None:
         )
     if config.learning.backend == "fused":
         _refuse_what_is_not_fused(config)
-    # an agent of the user's may read every setting
+    _check_double(config.learning)
+
+
+def _check_double(learning: LearningConfig) -> None:
+    if learning.double and not learning.has_target:
+        raise ValueError(
+            "double = True: must have a target network to evaluate; "
+            "set target_period or polyak above 0"
+        )
+    if learning.double and learning.target != "q-learning":
+        raise ValueError(
+            f"double = True: must be False with target = {learning.target!r}, "
+            "which does not select a greedy action"
+        )
+
+
+def usable(config: Sections) -> dict[str, set[str]]:
+    """The fields of each section that a config's algorithm and backend can use.
+
+    Args:
+        config: an agent of the user's may use every field.
+    """
+    found = {name: {item.name for item in dataclasses.fields(of)} for name, of in SECTIONS.items()}
     if config.algorithm in _USED:
-        _refuse_what_does_nothing(config)
+        for name, used in _USED[config.algorithm].items():
+            found[name] &= found[name] if used is None else used
+        found = {name: of for name, of in found.items() if name in _USED[config.algorithm]}
+    if config.learning.backend == "fused":
+        for name in found.keys() & _FUSED.keys():
+            found[name] &= {field for field, allowed in _FUSED[name].items() if allowed is _ANY}
+    return found
 
 
 def _refuse_what_is_not_fused(config: Sections) -> None:

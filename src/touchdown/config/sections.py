@@ -192,16 +192,6 @@ class LearningConfig:
                 f"polyak = {self.polyak}: must be 0 with target_period = {self.target_period}; "
                 "a target network is either copied or softly updated, not both"
             )
-        if self.double and not self.has_target:
-            raise ValueError(
-                "double = True: must have a target network to evaluate; "
-                "set target_period or polyak above 0"
-            )
-        if self.double and self.target != "q-learning":
-            raise ValueError(
-                f"double = True: must be False with target = {self.target!r}, "
-                "which does not select a greedy action"
-            )
 
     @property
     def has_target(self) -> bool:

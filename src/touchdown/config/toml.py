@@ -12,6 +12,7 @@ import tomli_w
 from touchdown.config.digest import FORMER_NAMES
 from touchdown.core import limits, reading
 from touchdown.core.errors import UserError, one_line
+from touchdown.core.names import hint
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -52,7 +53,7 @@ def replace_fields(instance: Any, values: Mapping[str, Any], where: str) -> Any:
     for given, value in values.items():
         name = present_name(given)
         if name not in kinds:
-            raise UserError(f"{where}: unknown field {given!r}; known: {', '.join(kinds)}")
+            raise UserError(f"{where}: unknown field {given!r}; {_hint(name, kinds)}")
         if dataclasses.is_dataclass(kinds[name]):
             if not isinstance(value, dict):
                 raise UserError(f"{where}: {name} = {value!r}: must be a table [{name}]")
@@ -66,6 +67,14 @@ def replace_fields(instance: Any, values: Mapping[str, Any], where: str) -> Any:
         return dataclasses.replace(instance, **changes)
     except ValueError as error:
         raise UserError(f"{where}: {one_line(error)}") from None
+
+
+def _hint(name: str, kinds: Mapping[str, Any]) -> str:
+    """Where an unknown field belongs, or the nearest known one."""
+    for section, kind in kinds.items():
+        if dataclasses.is_dataclass(kind) and name in {f.name for f in dataclasses.fields(kind)}:
+            return f"it belongs in the table [{section}]"
+    return hint(name, kinds)
 
 
 def read_toml(path: Path) -> dict[str, Any]:

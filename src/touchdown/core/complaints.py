@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal, NamedTuple, Union, cast
 import msgspec
 
 from touchdown.core.errors import one_line
+from touchdown.core.names import hint
 
 _LONGEST = 60  # characters of a value shown in a message
 _PLAIN: dict[Any, tuple[tuple[type, ...], str]] = {
@@ -153,7 +154,7 @@ def _of_record(values: dict[str, object], kind: type[Any], name: str) -> str | N
     if issubclass(kind, msgspec.Struct) and kind.__struct_config__.forbid_unknown_fields:
         unknown = next((given for given in values if given not in known), None)
         if unknown is not None:
-            said = f"unknown field {unknown!r}; known: {', '.join(known)}"
+            said = f"unknown field {unknown!r}; {hint(unknown, known)}"
             return f"{name}: {said}" if name else said
     for each in _fields(kind):
         if each.name not in values and each.required:

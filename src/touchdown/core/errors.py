@@ -1,5 +1,15 @@
 """Exceptions with a message for the user."""
 
+_OF_NO_MEMORY = (
+    "RESOURCE_EXHAUSTED",
+    "Cannot allocate memory",
+    "Unable to allocate",
+    "failed to map segment",
+    "Out of memory",
+    "out of memory",
+)
+"""Parts of the messages of JAX, NumPy and the dynamic loader when memory runs out."""
+
 
 class UserError(Exception):
     """Bad input. The message is one line that names the field, its value and what is allowed.
@@ -20,3 +30,10 @@ def one_line(error: BaseException) -> str:
     message = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
     text = " ".join(message.split())
     return text or type(error).__name__
+
+
+def is_out_of_memory(error: BaseException) -> bool:
+    """Whether memory ran out; JAX and the dynamic loader say so only in their messages."""
+    if isinstance(error, MemoryError):
+        return True
+    return any(words in str(error) for words in _OF_NO_MEMORY)

@@ -160,6 +160,22 @@ def check_file(path: Path, name: str) -> None:
         raise UserError(f"{name} {str(path)!r}: its folder does not exist")
 
 
+def check_new(path: Path, *, force: bool) -> None:
+    """Check before the work that an output replaces nothing, unless the user asks for it.
+
+    Args:
+        path: a file or folder to write; devices and pipes are not replaced, so they are accepted.
+        force: whether the user asks for it.
+
+    Raises:
+        UserError: there is a file or folder already.
+    """
+    if not force and (path.is_file() or path.is_dir()):
+        raise UserError(
+            f"out {str(path)!r}: exists already; choose another, or replace it with --force"
+        )
+
+
 @contextmanager
 def refusing(where: str) -> Generator[None]:
     """Turn a system error in a block that writes into one line for the user.
@@ -254,4 +270,5 @@ def to_json_line(value: object) -> bytes:
 
 
 def _encoded(data: bytes | str) -> bytes:
-    return data.encode() if isinstance(data, str) else data
+    # text may quote the name of a folder, whose bytes need not be text
+    return data.encode(errors="replace") if isinstance(data, str) else data

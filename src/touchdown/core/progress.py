@@ -19,6 +19,7 @@ from rich.progress import (
 
 from touchdown.core import notebook, processes
 from touchdown.core.errors import Interrupted
+from touchdown.core.terminal import make_console
 
 
 def console_for(progress: bool | None, console: Console | None) -> Console:
@@ -29,14 +30,13 @@ def console_for(progress: bool | None, console: Console | None) -> Console:
         console: where to show them; None uses the notebook's output or standard output.
     """
     if progress is False:
-        return Console(quiet=True)
+        return make_console(on_terminal=False, quiet=True)
     if console is not None:
         return console
     if notebook.in_notebook():
         return notebook.make_console()
     on_terminal = sys.stdout.isatty()
-    # as on the command line, output to a file has longer lines than a terminal
-    return Console(width=None if on_terminal else 120, quiet=not (progress or on_terminal))
+    return make_console(on_terminal=on_terminal, quiet=not (progress or on_terminal))
 
 
 def clock(seconds: float) -> str:
@@ -128,12 +128,12 @@ class View:
 def share_bar(console: Console, text: str, share: float) -> Progress:
     """A bar for a share of the work done, from 0 to 1."""
     bar = Progress(
-        TextColumn(text, markup=False),
+        TextColumn("{task.description}", markup=False),
         BarColumn(40),
         TextColumn("{task.percentage:.0f}%"),
         console=console,
     )
-    bar.add_task("", total=1_000, completed=round(1_000 * share))
+    bar.add_task(text, total=1_000, completed=round(1_000 * share))
     return bar
 
 

@@ -25,6 +25,37 @@ class Policy(Protocol):
 
 
 @runtime_checkable
+class SeededPolicy(Policy, Protocol):
+    """A policy with random actions, which depend on the start and the step of an episode."""
+
+    def act_at(self, observations: FloatArray, seeds: IntArray, steps: IntArray) -> IntArray:
+        """An action for each observation: [N, D], [N] and [N] to [N].
+
+        Args:
+            observations: those to act on.
+            seeds: environment seed of the start of each observation's episode.
+            steps: steps before each observation in its episode.
+        """
+        ...
+
+
+def actions_of(
+    policy: Policy, observations: FloatArray, seeds: IntArray, steps: IntArray
+) -> IntArray:
+    """A policy's action for each observation: [N, D], [N] and [N] to [N].
+
+    Args:
+        policy: chooses the actions; only a `SeededPolicy` uses seeds and steps.
+        observations: see `SeededPolicy.act_at`.
+        seeds: see there.
+        steps: see there.
+    """
+    if isinstance(policy, SeededPolicy):
+        return policy.act_at(observations, seeds, steps)
+    return policy.act(observations)
+
+
+@runtime_checkable
 class ValuePolicy(Policy, Protocol):
     """A policy with action values."""
 

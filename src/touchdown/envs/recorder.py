@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchdown.core.errors import UserError
-from touchdown.core.types import Policy
+from touchdown.core.types import Policy, actions_of
 from touchdown.envs import environment, outcome
 from touchdown.envs.boundary import Boundary
 from touchdown.envs.environment import MadeEnv
@@ -70,7 +70,8 @@ def fly(
     rewards: list[float] = []
     terminated = truncated = False
     while not (terminated or truncated):
-        action = int(policy.act(observation[None])[0])
+        step = np.array([len(actions)])
+        action = int(actions_of(policy, observation[None], np.array([seed]), step)[0])
         observation, reward, terminated, truncated, _ = env.step(action)
         actions.append(action)
         rewards.append(reward)

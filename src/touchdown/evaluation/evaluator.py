@@ -7,7 +7,14 @@ from typing import Any
 import numpy as np
 
 from touchdown.core.records import Count
-from touchdown.core.types import FloatArray, IntArray, Outcome, Policy, StepResult
+from touchdown.core.types import (
+    FloatArray,
+    IntArray,
+    Outcome,
+    Policy,
+    StepResult,
+    actions_of,
+)
 from touchdown.envs.episodes import Episode, Underway
 from touchdown.envs.outcome import outcome_of
 from touchdown.envs.pool import make_pool
@@ -71,12 +78,13 @@ class Evaluator:
         """One episode from each start, results in the order of the starts.
 
         Args:
-            policy: chooses the actions, each from its own observation only.
+            policy: chooses the actions, each from its own observation, start and step only.
             starts: environment seeds.
             on_episode: called after each episode.
             observer: called with the first observation of each episode, then after each step.
         """
         results: dict[int, EpisodeResult] = {}
+        seeds = np.array(starts)
         waiting = iter(enumerate(starts))
         first = [
             Episode(index, self._pool.reset(index, seed))
@@ -88,7 +96,12 @@ class Evaluator:
         observer(underway.numbers, underway.observations)
         flying = np.arange(len(first))
         while len(flying):
-            actions = policy.act(underway.observations[flying])
+            actions = actions_of(
+                policy,
+                underway.observations[flying],
+                seeds[underway.numbers[flying]],
+                underway.steps[flying],
+            )
             result = self._pool.step(flying, actions)
             underway.add(flying, actions, result)
             observer(underway.numbers[flying], result.observations)

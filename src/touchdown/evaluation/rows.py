@@ -31,4 +31,4 @@ def summary_rows(
 
 def points(value: float, decimals: int) -> str:
     """A return; small ones get two decimals, as environments that pay 1 in all need them."""
-    return f"{value:.{2 if abs(value) < 2 else decimals}f}"
+    return f"{value:z.{2 if abs(value) < 2 else decimals}f}"  # z: no -0

@@ -10,6 +10,7 @@ from touchdown.agents.networks import QNetwork
 from touchdown.agents.qtable import QTable
 from touchdown.core import files, limits, reading
 from touchdown.core.errors import UserError
+from touchdown.core.names import hint
 from touchdown.core.version import __version__
 from touchdown.exports import agreement as agreements
 from touchdown.exports import graph
@@ -33,25 +34,29 @@ class Export:
     """The model first."""
     agreement: Agreement | None
     """Agreement of an ONNX model with its policy; None for other formats."""
+    note: str = ""
+    """What a user should know about the exported policy; "" if nothing."""
 
 
-def write_export(source: Source, file_format: Format, out: Path | None = None) -> Export:
+def write_export(
+    source: Source, file_format: Format, out: Path | None = None, *, force: bool = False
+) -> Export:
     """Export a policy to a new folder, which is written completely or not at all.
 
     Args:
         source: the policy.
         file_format: `onnx`, or `safetensors`, the format of a run's weights.
         out: folder to create; None uses `<name>-<format>` in the current folder.
+        force: whether to replace the files of an earlier export in an existing folder.
 
     Raises:
         UserError: the folder exists already or cannot be written, the policy's files are broken, a
             library is not installed, or the model does not act like the policy.
     """
     if file_format not in get_args(Format):
-        raise UserError(f"format {file_format!r}: must be one of {', '.join(get_args(Format))}")
+        raise UserError(f"format {file_format!r}: {hint(file_format, get_args(Format))}")
     folder = out if out is not None else Path(f"{source.name}-{file_format}")
-    if folder.exists():
-        raise UserError(f"out {str(folder)!r}: exists already; choose another folder")
+    files.check_new(folder, force=force)
     if file_format == "onnx":
         graph.check_installed()
     weights = policy_weights.read_weights(source.weights)
@@ -75,9 +80,19 @@ def write_export(source: Source, file_format: Format, out: Path | None = None) -
             (temporary / each).write_bytes(data)
 
     with files.refusing(f"out {str(folder)!r}"):
-        files.make_folder(folder.parent)
-        files.write_folder_atomic(folder, fill)
-    return Export(folder, tuple(folder / each for each in content), agreement)
+        if folder.is_dir():  # replaced file by file, since the user may keep others there
+            for each, data in content.items():
+                files.write_atomic(folder / each, data)
+        else:
+            files.make_folder(folder.parent)
+            files.write_folder_atomic(folder, fill)
+    note = ""
+    if not source.is_finished:
+        note = (
+            f"run {source.name!r} is not finished: these are its best weights so far; "
+            f"finish it with: touchdown train --resume {source.name}"
+        )
+    return Export(folder, tuple(folder / each for each in content), agreement, note)
 
 
 def _checked_onnx(source: Source, weights: Weights) -> tuple[bytes, Agreement]:

@@ -28,6 +28,8 @@ class Source:
     """Versions and commit that it was trained with, as far as known."""
     evaluate: Callable[[], Evaluation | None]
     """Returns its test flights; None if it has none."""
+    is_finished: bool = True
+    """Whether the run that it comes from is finished."""
 
 
 def of_run(run: Run) -> Source:
@@ -38,7 +40,8 @@ def of_run(run: Run) -> Source:
     """
     weights = runs.best_weights(run.folder)
     made = provenance.read_provenance(run.folder.provenance)
-    return Source(run.name, weights, run.config, made, lambda: run.evaluation)
+    is_finished = run.status == "finished"
+    return Source(run.name, weights, run.config, made, lambda: run.evaluation, is_finished)
 
 
 def of_shipped(weights: Path) -> Source:

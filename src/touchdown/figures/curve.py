@@ -1,7 +1,7 @@
 """A run's learning curve: returns, validations and exploration over environment steps."""
 
 from collections.abc import Mapping, Sequence
-from math import floor
+from math import floor, log10
 from pathlib import Path
 from typing import Any
 
@@ -140,8 +140,11 @@ def _limits(
     if len(returns) >= WINDOW:
         typical = float(np.percentile(returns, _LOWEST_PERCENTILE))
         low = min([typical, *checked, *solved])
-    margin = 0.05 * max(high - low, 1.0)
-    return 50 * floor((low - margin) / 50), high + margin
+    spread = high - low
+    margin = 0.05 * max(spread, 1.0)
+    # the lower end is a round number: of 50 points, or of a tenth of the returns' magnitude
+    step = 50.0 if spread >= 100 else 10.0 ** floor(log10(max(spread, 1.0))) / 10
+    return step * floor((low - margin) / step), high + margin
 
 
 def _draw_threshold(ax: Axes, threshold: float) -> None:

@@ -179,8 +179,8 @@ def draw_rows(
 
 def _label(mean: float, *, shares: bool) -> str:
     if shares:
-        return f"{mean:.0%}"
-    return f"{mean:.0f}" if abs(mean) >= 10 else f"{mean:.2g}"
+        return f"{mean:z.0%}"  # z: no -0
+    return f"{mean:z.0f}" if abs(mean) >= 10 else f"{mean:z.2g}"
 
 
 def draw_map(

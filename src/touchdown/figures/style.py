@@ -1,6 +1,7 @@
 """The style of all figures, and how they are written to files."""
 
 import functools
+import warnings
 from pathlib import Path
 
 import matplotlib
@@ -74,7 +75,12 @@ def save(figure: Figure, path: Path, *others: Path) -> None:
         UserError: a file cannot be written.
     """
     try:
-        with matplotlib.rc_context({"svg.hashsalt": "touchdown"}):
+        with (
+            matplotlib.rc_context({"svg.hashsalt": "touchdown"}),
+            warnings.catch_warnings(),
+        ):
+            # a name from anywhere may have signs that the font lacks; it draws boxes for them
+            warnings.filterwarnings("ignore", "Glyph .* missing from font", UserWarning)
             for each in (path, *others):
                 metadata = {"Date": None} if each.suffix == ".svg" else None
                 with files.refusing(str(each)):

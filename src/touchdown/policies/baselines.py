@@ -31,10 +31,11 @@ class HeuristicPolicy:
 
 
 class RandomPolicy:
-    """Pseudo-random actions, each a hash of the observation.
+    """Uniform random actions, each a hash of the episode's start and the step.
 
     A random generator would be shared by the episodes of a batch; with a hash, an episode does not
-    depend on the others.
+    depend on the others. A hash of the observation would be one fixed policy in an environment
+    with few states.
 
     Args:
         num_actions: number of actions.
@@ -42,10 +43,17 @@ class RandomPolicy:
 
     def __init__(self, num_actions: int) -> None:
         self._num_actions = num_actions
+        self._rng = np.random.default_rng(0)
 
     def act(self, observations: FloatArray) -> IntArray:
-        """An action for each observation: [N, D] to [N]."""
-        digests = (hashlib.blake2b(row.tobytes(), digest_size=8).digest() for row in observations)
+        """An action for each observation, [N, D] to [N], where nobody knows start and step."""
+        return self._rng.integers(self._num_actions, size=len(observations))
+
+    def act_at(self, observations: FloatArray, seeds: IntArray, steps: IntArray) -> IntArray:
+        """An action for each observation, [N, D] to [N]; see `SeededPolicy`."""
+        del observations
+        draws = np.stack([seeds, steps], axis=1).astype("<i8")
+        digests = (hashlib.blake2b(row.tobytes(), digest_size=8).digest() for row in draws)
         return np.array([int.from_bytes(digest) % self._num_actions for digest in digests])
 
 

@@ -72,6 +72,11 @@ def shipped(name: str) -> Traversable | None:
     return weights if checks.is_plain_name(name) and weights.is_file() else None
 
 
+def shipped_names() -> list[str]:
+    """The names of the shipped policies."""
+    return sorted(each.name.removesuffix(".safetensors") for each in SHIPPED.iterdir())
+
+
 def _baseline(name: str, env_id: str) -> NamedPolicy:
     if name == "random":
         return NamedPolicy(name, RandomPolicy(environment.spaces_of(env_id).num_actions), env_id)

@@ -2,13 +2,18 @@
 
 from dataclasses import dataclass
 
+from touchdown.core.terminal import printable
 from touchdown.core.types import Policy
 
 
 @dataclass(frozen=True, slots=True)
 class NamedPolicy:
-    """A policy, its name, and the id of its environment."""
+    """A policy, its name as it is shown, and the id of its environment."""
 
     name: str
     policy: Policy
     env_id: str
+
+    def __post_init__(self) -> None:
+        # a file may be named with bytes that are no text
+        object.__setattr__(self, "name", printable(self.name))

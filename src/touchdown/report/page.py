@@ -1,5 +1,6 @@
 """A self-contained HTML page from a plain value: no network, and complete without its script."""
 
+import os
 import re
 from base64 import b64encode
 from collections import Counter
@@ -81,7 +82,7 @@ class Link:
             text: text of the link.
             path: path relative to the page.
         """
-        return cls(text, quote(path.as_posix()))
+        return cls(text, quote(os.fsencode(path.as_posix())))  # even bytes that are no text
 
 
 TableCell = str | Link

@@ -29,7 +29,7 @@ def claim_rows(decisions: Sequence[Decision]) -> tuple[ClaimRow, ...]:
 
 
 def _points(value: float) -> str:
-    return f"{value:.0f}"
+    return f"{value:z.0f}"  # z: no -0
 
 
 def _known(value: float, spec: str) -> str:
@@ -38,12 +38,14 @@ def _known(value: float, spec: str) -> str:
 
 
 def interval_text(found: Interval, text_of: Callable[[float], str] = _points) -> str:
-    """A number with its interval.
+    """A number with its interval; a single value has none.
 
     Args:
         found: the number and its interval.
         text_of: formats each number; by default as return points.
     """
+    if found.low == found.high:
+        return text_of(found.value)
     return f"{text_of(found.value)} [{text_of(found.low)}, {text_of(found.high)}]"
 
 

@@ -10,6 +10,8 @@ from touchdown.config import config as configs
 from touchdown.config.config import Config
 from touchdown.core import files, reading
 from touchdown.core.errors import UserError
+from touchdown.core.names import hint
+from touchdown.core.terminal import printable
 from touchdown.policies.names import BASELINES, OTHER_FILES, POLICY_FILES
 from touchdown.runs.provenance import provenance_of
 
@@ -26,8 +28,8 @@ class RunFolder:
 
     @property
     def name(self) -> str:
-        """The run's name."""
-        return self.path.name
+        """The run's name, as it is shown: a folder may be named with bytes that are no text."""
+        return printable(self.path.name)
 
     @property
     def config_file(self) -> Path:
@@ -161,14 +163,17 @@ def find(name: str, runs_dir: Path = DEFAULT_RUNS) -> RunFolder:
     Raises:
         UserError: there is no such folder, or it does not contain a run.
     """
-    for path in (runs_dir / name, Path(name)):
+    # an empty name would be the folder of the runs
+    for path in (runs_dir / name, Path(name)) if name else ():
         if path.is_dir():
             folder = RunFolder(path)
             if not folder.config_file.is_file():
                 raise UserError(f"run {str(path)!r}: not a run, because it has no config.toml")
             return folder
+    found = [path.parent.name for path in runs_dir.glob("*/config.toml")]
     raise UserError(
-        f"run {name!r}: no such folder in {str(runs_dir)!r}; `touchdown runs` lists them"
+        f"run {name!r}: no such folder in {str(runs_dir)!r}; "
+        f"{hint(name, found, '`touchdown runs` lists them')}"
     )
 
 

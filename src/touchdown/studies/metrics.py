@@ -38,8 +38,8 @@ def formatter(metric: str, groups: Iterable[FloatArray]) -> Callable[[float], st
         groups: the numbers that are shown together.
     """
     if is_share(metric):
-        return "{:.1%}".format
+        return "{:z.1%}".format
     if metric in _OF_PATHS:
-        return "{:.3f}".format
+        return "{:z.3f}".format
     greatest = max((abs(float(value)) for group in groups for value in group), default=_SMALL)
-    return "{:.0f}".format if greatest >= _SMALL else "{:.2f}".format
+    return "{:z.0f}".format if greatest >= _SMALL else "{:z.2f}".format  # z: no -0

@@ -10,6 +10,7 @@ from touchdown.config.checks import is_plain_name
 from touchdown.config.config import Config
 from touchdown.core.complaints import complaint
 from touchdown.core.errors import UserError
+from touchdown.core.names import hint
 from touchdown.studies.changes import Changes, nested
 from touchdown.studies.claims import Claim
 from touchdown.studies.metrics import DEFAULT_METRIC, METRICS, TEST_METRICS
@@ -195,7 +196,7 @@ class Study:
         _check_metric(self.metric, is_tested=is_tested)
         names = list(dict.fromkeys((*self.labels(0), *cell_names)))
         if self.base_level and self.base_level not in names:
-            raise UserError(f"base_level = {self.base_level!r}: must be one of {', '.join(names)}")
+            raise UserError(f"base_level = {self.base_level!r}: {hint(self.base_level, names)}")
         for claim in self.claims:
             try:
                 _check_claim(claim, cell_names, is_tested=is_tested)
@@ -303,7 +304,7 @@ def _first_twice(names: Sequence[str]) -> str | None:
 
 def _check_metric(metric: str, *, is_tested: bool) -> None:
     if metric not in METRICS:
-        raise UserError(f"metric = {metric!r}: must be one of {', '.join(METRICS)}")
+        raise UserError(f"metric = {metric!r}: {hint(metric, METRICS)}")
     if metric in TEST_METRICS and not is_tested:
         raise UserError(
             f"metric = {metric!r}: needs a test, and test_episodes is 0; choose validation_return"
@@ -315,4 +316,4 @@ def _check_claim(claim: Claim, cells: Sequence[str], *, is_tested: bool) -> None
         _check_metric(claim.metric, is_tested=is_tested)
     unknown = next((name for name in claim.test.cells if name not in cells), None)
     if unknown is not None:
-        raise UserError(f"level {unknown!r}: unknown; choose one of {', '.join(cells)}")
+        raise UserError(f"level {unknown!r}: unknown; {hint(unknown, cells)}")

@@ -301,9 +301,10 @@ def comment_of(found: Searched, preset: str, seeds: int) -> str:
     """How the best settings were found, as TOML comments."""
     settings = "\n".join(f"#   {name} = {value}" for name, value in found.changed.items())
     first, last = FIRST_TUNING_SEED, FIRST_TUNING_SEED + seeds - 1
+    over = f"seed {first}" if seeds == 1 else f"seeds {first} to {last}"
     return (
         f"# touchdown tune agent {preset}: {found.trials} trials, {found.pruned} of them pruned\n"
-        f"# mean validation return {found.value:.1f} over training seeds {first} to {last}\n"
+        f"# mean validation return {found.value:.1f} over training {over}\n"
         f"# found:\n{settings}\n"
     )
 

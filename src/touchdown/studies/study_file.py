@@ -12,6 +12,7 @@ from touchdown.config import toml
 from touchdown.config.config import Config
 from touchdown.core import records
 from touchdown.core.errors import UserError, one_line
+from touchdown.core.names import hint
 from touchdown.studies.claim_tests import KINDS
 from touchdown.studies.claims import Claim
 from touchdown.studies.metrics import DEFAULT_METRIC
@@ -159,12 +160,12 @@ def _claim_from(number: int, table: dict[str, Any]) -> Claim:
     kind = table.get("kind")
     if not isinstance(kind, str) or kind not in KINDS:
         said = "kind: missing" if kind is None else f"kind = {kind!r}: unknown"
-        raise UserError(f"{where}: {said}; choose one of {', '.join(KINDS)}")
+        raise UserError(f"{where}: {said}; {hint(kind, KINDS)}")
     fields = {each.name: each for each in dataclasses.fields(KINDS[kind])}
     unknown = next((name for name in table if name not in (*_OF_A_CLAIM, *fields)), None)
     if unknown is not None:
-        known = ", ".join((*_OF_A_CLAIM, *fields))
-        raise UserError(f"{where}: unknown field {unknown!r}; known for {kind}: {known}")
+        known = hint(unknown, (*_OF_A_CLAIM, *fields))
+        raise UserError(f"{where}: unknown field {unknown!r} for {kind}; {known}")
     required = [name for name, of in fields.items() if of.default is dataclasses.MISSING]
     missing = next((name for name in ("sentence", *required) if name not in table), None)
     if missing is not None:

@@ -21,7 +21,11 @@ class TrainingStatus:
     """Share of the recent episodes that reached the time limit."""
     steps_per_second: float
     share_done: float
+    """Share of the limits of training."""
     seconds_left: float
+    """Estimated seconds up to the limits."""
+    may_stop_early: bool = False
+    """Whether training ends before its limits once the environment is solved."""
 
 
 class Budget:

@@ -13,6 +13,7 @@ from msgspec import Struct
 from touchdown.config.config import Config
 from touchdown.core import files, installation, records
 from touchdown.core.errors import UserError, one_line
+from touchdown.core.names import hint
 from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
 from touchdown.training.listeners import Listener, ListenerError, Listeners
@@ -58,8 +59,7 @@ def check_names(logger: LoggerName | Sequence[LoggerName] | None) -> tuple[Logge
     named = cast(tuple[LoggerName, ...], several)  # each is checked to be one of them
     for name in named:
         if name not in get_args(LoggerName):
-            known = ", ".join(get_args(LoggerName))
-            raise UserError(f"logger {name!r}: must be one of {known}")
+            raise UserError(f"logger {name!r}: {hint(name, get_args(LoggerName))}")
         _class_of(name)
     return tuple(dict.fromkeys(named))
 

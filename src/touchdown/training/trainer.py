@@ -196,6 +196,7 @@ class Trainer:
                     steps_per_second=pace.steps_per_second(env_steps),
                     share_done=done,
                     seconds_left=left,
+                    may_stop_early=self._config.training.stop_when_solved,
                 )
             )
 

@@ -48,6 +48,7 @@ def tune_agent(
     seed: int = 0,
     storage: str | None = None,
     out: Path | str | None = None,
+    force: bool = False,
     executor: Executor | None = None,
     results_dir: Path | str = DEFAULT_RESULTS,
     progress: bool | None = None,
@@ -68,6 +69,7 @@ def tune_agent(
             results folder.
         out: TOML file for the best settings, with a plot of their importance in the same
             folder; None writes neither.
+        force: whether to replace existing files.
         executor: runs a trial's seeds; None uses worker processes on this machine.
         results_dir: folder that holds the trials' runs.
         progress: True shows progress and results, False shows nothing; None shows them in a
@@ -76,7 +78,7 @@ def tune_agent(
 
     Raises:
         UserError: a number is out of range, Optuna is not installed, the storage cannot be
-            reached, or nothing can be written.
+            reached, `out` exists already, or nothing can be written.
         Interrupted: Ctrl-C, SIGTERM or SIGHUP; finished trials are kept.
     """
     for name, value in (("trials", trials), ("seeds", seeds), ("env_steps", env_steps)):
@@ -93,6 +95,7 @@ def tune_agent(
     search.space_of(base)
     if out is not None:
         files.check_file(Path(out), "out")
+        files.check_new(Path(out), force=force)
     store = stores.open_store(Path(results_dir), make=True)
     url = search.storage_url(store) if storage is None else storage
     shown = console_for(progress, console)

@@ -6,6 +6,7 @@ from pathlib import Path
 from rich.console import Console
 
 from touchdown.api.runs import RunLike, find_run
+from touchdown.core import files
 from touchdown.core.progress import Counter, console_for
 from touchdown.report.comparison import write_comparison
 from touchdown.runs.folder import DEFAULT_RUNS
@@ -16,6 +17,7 @@ def compare(
     runs: Sequence[RunLike] | RunLike,
     *,
     out: Path | str = "comparison",
+    force: bool = False,
     runs_dir: Path | str = DEFAULT_RUNS,
     progress: bool | None = None,
     console: Console | None = None,
@@ -26,6 +28,7 @@ def compare(
         runs: finished runs, their names or their folders; the settings of the first are the
             baseline.
         out: folder for the page.
+        force: whether to replace the page in an existing folder.
         runs_dir: folder that holds the runs.
         progress: True shows progress and results, False shows nothing; None shows them in a
             notebook and on a terminal.
@@ -35,10 +38,12 @@ def compare(
         The page.
 
     Raises:
-        UserError: there is no such run, one is not finished, or the page cannot be written.
+        UserError: there is no such run, one is not finished, `out` exists already, or the page
+            cannot be written.
     """
     given = [runs] if isinstance(runs, str | Path | Run) else runs
     found = [find_run(run, runs_dir) for run in given]
+    files.check_new(Path(out), force=force)
     shown = console_for(progress, console)
     with Counter(shown, "comparing", 1) as count:
         page = write_comparison(found, Path(out))

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from touchdown.config.checks import is_plain_name
 from touchdown.core.errors import UserError
+from touchdown.core.names import hint
 from touchdown.report.output import CLAIMS
 from touchdown.studies import paper, plan, runner, study_file
 from touchdown.studies import store as stores
@@ -96,7 +97,7 @@ def find_study(
         UserError: there is no such study, or its file is broken.
     """
     if scale not in SCALES:
-        raise UserError(f"scale = {scale!r}: must be one of {', '.join(SCALES)}")
+        raise UserError(f"scale = {scale!r}: {hint(scale, SCALES)}")
     if seeds is not None:
         plan.check_seeds(seeds)
     if isinstance(study, Study):
@@ -119,8 +120,9 @@ def find_study(
             is_paper=True,
         )
     if not name.endswith(".toml"):
-        known = ", ".join((PAPER, *topics))
-        raise UserError(f"study {name!r}: unknown; choose one of {known}, or a .toml file")
+        known = (PAPER, *topics)
+        listed = f"must be one of {', '.join(known)}, or a .toml file"
+        raise UserError(f"study {name!r}: unknown; {hint(name, known, listed)}")
     return _own(study_file.from_toml(Path(name)), Path(name), scale, seeds)
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from touchdown.core.errors import UserError
+from touchdown.core.names import hint
 from touchdown.studies import paper
 from touchdown.studies.paper import SCALES
 
@@ -32,7 +33,7 @@ def list_studies(scale: str = "quick") -> list[TopicListing]:
         UserError: there is no such scale.
     """
     if scale not in SCALES:
-        raise UserError(f"scale = {scale!r}: must be one of {', '.join(SCALES)}")
+        raise UserError(f"scale = {scale!r}: {hint(scale, SCALES)}")
     found: list[TopicListing] = []
     for topic in paper.topics(scale).values():
         tunings = paper.pid_jobs(scale)

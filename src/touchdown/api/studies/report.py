@@ -12,6 +12,7 @@ from touchdown.api.studies.find import (
     find_each_started,
     find_started,
 )
+from touchdown.core import files
 from touchdown.core.errors import UserError
 from touchdown.core.progress import Counter, console_for
 from touchdown.report.output import Report
@@ -28,6 +29,7 @@ def study_report(
     scale: str | None = None,
     seeds: int | None = None,
     out: Path | str | None = None,
+    force: bool = False,
     results_dir: Path | str = DEFAULT_RESULTS,
     progress: bool | None = None,
     console: Console | None = None,
@@ -42,14 +44,15 @@ def study_report(
         scale: scale of the paper's studies; None uses the scale of the last run.
         seeds: training seeds of each level; None uses the number of the last run.
         out: folder for the page; None creates one in the results folder, with links to the runs.
+        force: whether to replace the page in an existing folder.
         results_dir: folder that holds the runs and reports of studies.
         progress: True shows progress and results, False shows nothing; None shows them in a
             notebook and on a terminal.
         console: where to show them; None uses the notebook's output or standard output.
 
     Raises:
-        UserError: there is no such folder or study, none of its runs is done, or the page cannot
-            be written.
+        UserError: there is no such folder or study, none of its runs is done, the folder exists
+            already, or the page cannot be written.
     """
     store = stores.open_store(Path(results_dir))
     if study is None:
@@ -63,6 +66,7 @@ def study_report(
             f"start it with: {selection.command(store)}"
         )
     folder = Path(out) if out is not None else store.path / "reports" / selection.name
+    files.check_new(folder, force=force)
     command = f"{selection.command(store)} && {_report_command(selection, store, out)}"
     note = _note_on_flights(selection, store)
     shown = console_for(progress, console)
