@@ -36,7 +36,7 @@ test-all: $(READY) test-cpp ## run all tests, including slow ones
 test-cpp: $(READY) ## build the C++ code without Python and run its tests
 	$(if $(compiler),@$(test_cpp),@echo "no C++ compiler: skipping the C++ tests")
 
-faults: $(READY) ## kill, fill, move and lock under each verb; print a table of what happens
+faults: $(READY) ## kill, fill, move and lock under each command; print a table of what happens
 	@$(BIN)/python tests/faults/table.py $(ARGS)
 
 exactness: $(READY) ## compare N=1000000 steps of the exact engine with stock, byte by byte

@@ -2,7 +2,7 @@
 
 Usage: python tests/faults/table.py [FILE [VERB ...]]
 
-The table is written into FILE after each cell; without names, all verbs are tried.
+The page with the table is written into FILE after each cell; without names, all verbs are tried.
 
 Each cell starts a verb in a copy of the same folder, lets the fault happen, and looks at the exit
 code, the lines on stderr, the files that were there before, and the processes that are left. Where
@@ -64,6 +64,21 @@ test_episodes = 2
 [[factor]]
 field = "learning.gamma"
 values = {gammas}
+"""
+INTRODUCTION = """# Faults and commands
+
+`make faults ARGS=docs/faults.md` writes this page. Each cell starts the command in a copy of the
+same folder, lets the fault happen, and compares the exit code, the files that were saved before,
+and the processes that are left.
+
+- *went on*: the command was run again without the fault, and ended with the same files as if
+  nothing had happened.
+- *exit 2*: it ended with one line that says what is wrong; *exit 130*: it saved its work and ended.
+- *Full disk*: no space is left in the middle of the work. *Read-only*: the folder cannot be
+  written. *Moved*: the folder gets another name in the middle of the work. *Locked*: another
+  process works on the same run, study or search. *Cut in half*: a file that the command reads was
+  truncated.
+- –: the fault does not apply to the command.
 """
 RUN, STORE = "runs/whole", "runs/studies"
 WEIGHTS = f"{RUN}/checkpoints/best.safetensors"
@@ -425,7 +440,7 @@ def text_of(table: dict[tuple[str, str], Seen], verb: str) -> list[str]:
 
 
 def markdown(table: dict[tuple[str, str], Seen], seconds: float) -> str:
-    """The table, and the counts."""
+    """The page with the table, and the counts."""
     tried = [seen for seen in table.values() if seen.text not in ("–", "not tried")]
     counts = (
         f"{sum(seen.tracebacks for seen in tried)} tracebacks",
@@ -434,14 +449,15 @@ def markdown(table: dict[tuple[str, str], Seen], seconds: float) -> str:
         f"{sum(len(seen.odd) for seen in tried)} other surprises",
     )
     lines = [
-        f"| | {' | '.join(FAULTS)} |",
+        INTRODUCTION,
+        f"| command | {' | '.join(FAULTS)} |",
         f"| --- |{' --- |' * len(FAULTS)}",
         *(
             f"| `{verb}` | {' | '.join(text_of(table, verb))} |"
             for verb in dict.fromkeys(verb for verb, _ in table)
         ),
         "",
-        f"{len(tried)} cases in {seconds:.0f} s: {', '.join(counts)}.",
+        f"{len(tried)} cases in {seconds:.0f} s: **{', '.join(counts)}**.",
     ]
     return "\n".join(lines) + "\n"
 

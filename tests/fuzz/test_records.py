@@ -6,6 +6,7 @@ import shutil
 import time
 import warnings
 from contextlib import closing, contextmanager, redirect_stderr, redirect_stdout
+from functools import cache
 from pathlib import Path
 
 import hypothesis
@@ -14,12 +15,13 @@ from hypothesis import strategies as st
 from mutations import damage
 
 import touchdown
-from touchdown.api.studies import comparison, report
-from touchdown.cli import app
+from touchdown.cli import app, parse
 from touchdown.config.fields import with_settings
 from touchdown.core.errors import Interrupted
 from touchdown.core.progress import StopSignal
 from touchdown.runs import folder as folders
+from touchdown.studies.executors import outcome
+from touchdown.studies.worker import attempt
 from touchdown.training.trainer import Trainer
 
 LONG_CASES = int(os.environ.get("TOUCHDOWN_FUZZ_CASES", "20000"))
@@ -68,6 +70,19 @@ values = [0.9, 0.99]
 """
 
 
+class _InThisProcess:
+    """Runs jobs one after the other; a worker process would take seconds to start."""
+
+    workers = 1
+
+    @staticmethod
+    def run(jobs, store, on_event, should_stop) -> None:
+        for job in jobs:
+            ended = outcome(job, attempt(job, store, should_stop, lambda _: None))
+            assert ended is not None
+            on_event(ended)
+
+
 @contextmanager
 def _stopped_at_once(_console):
     """In place of signals: a resumed run stops as soon as it looks."""
@@ -97,15 +112,17 @@ def here(tmp_path_factory):
             with closing(trainer), pytest.raises(Interrupted):
                 trainer.run()
         Path("small.toml").write_text(STUDY)
-        touchdown.run_study("small.toml", progress=False)
+        touchdown.run_study("small.toml", executor=_InThisProcess(), progress=False)
         here = tmp_path_factory.mktemp("fuzz") / "here"
         shutil.copytree(whole, here)
         patch.chdir(here)
         patch.setattr("touchdown.api.pipeline.progress.stop_on_signals", _stopped_at_once)
-        # drawn from numbers that are checked by then, and far slower than reading them
-        for place in (comparison, report):
-            for name in ("write_comparison", "write_study_report"):
-                patch.setattr(place, name, lambda *_a, **_k: here / "page", raising=False)
+        read = cache(lambda words: parse.parse(list(words)))  # slower than what it starts
+        patch.setattr(app, "parse", lambda argv: read(tuple(argv)))
+        # the page is drawn, but not written: that is far slower, and knows nothing of records
+        patch.setattr("touchdown.figures.style.save", lambda figure, *_: figure.clear())
+        patch.setattr("touchdown.report.comparison.write_page", lambda *_: None)
+        patch.setattr("touchdown.report.output.write_page", lambda *_: None)
         yield whole
 
 
@@ -176,14 +193,14 @@ def _ends_in_a_line(argv: list[str]) -> None:
         assert "Traceback" not in shown
 
 
-@hypothesis.settings(max_examples=150)
+@hypothesis.settings(max_examples=100, phases=[hypothesis.Phase.generate])
 @hypothesis.given(data=st.data())
 def test_a_damaged_record_ends_in_one_line(here, data):
     _check(here, data)
 
 
 @pytest.mark.slow
-@hypothesis.settings(max_examples=LONG_CASES)
+@hypothesis.settings(max_examples=LONG_CASES, phases=[hypothesis.Phase.generate])
 @hypothesis.given(data=st.data())
 def test_very_many_damaged_records_end_in_one_line(here, data):
     _check(here, data)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 from touchdown.studies.claims import Claim
 from touchdown.studies.paper import claims
@@ -47,6 +48,11 @@ class Topic:
 
 def topics(scale: Scale) -> dict[str, Topic]:
     """All topics of the paper by name, in the order of its sections."""
+    return {topic.name: topic for topic in _topics(scale)}
+
+
+@cache  # checking the settings of some hundred cells takes a third of a second
+def _topics(scale: Scale) -> tuple[Topic, ...]:
     ladder = _study(
         "ladder",
         scale,
@@ -159,7 +165,7 @@ def topics(scale: Scale) -> dict[str, Topic]:
             claims.pid_claims(),
         ),
     ]
-    return {topic.name: topic for topic in found}
+    return tuple(found)
 
 
 def studies(scale: Scale) -> dict[str, Study]:
