@@ -1,10 +1,10 @@
 """The model card of a policy: a README with metadata for Hugging Face."""
 
-import json
 from collections.abc import Mapping
 
 from touchdown.config import toml
 from touchdown.config.config import Config
+from touchdown.core import markdown
 from touchdown.core.installation import DISTRIBUTION
 from touchdown.core.version import __version__
 from touchdown.evaluation.evaluation import Evaluation
@@ -47,23 +47,23 @@ def _header(source: Source, evaluation: Evaluation | None) -> str:
     tags = [config.env_id, "deep-reinforcement-learning", "reinforcement-learning"]
     tags += ["touchdown", config.algorithm, config.preset]
     lines = ["---", 'library_name: "touchdown"', "tags:"]
-    lines += [f"- {_quoted(tag)}" for tag in dict.fromkeys(tags)]
+    lines += [f"- {markdown.yaml_text(tag)}" for tag in dict.fromkeys(tags)]
     if evaluation:
         summary = evaluation.summary
         mean = f"{summary.mean_return:.1f} +/- {summary.sd_return:.1f}"
         lines += [
             "model-index:",
-            f"- name: {_quoted(source.name)}",
+            f"- name: {markdown.yaml_text(source.name)}",
             "  results:",
             "  - task:",
             '      type: "reinforcement-learning"',
             '      name: "reinforcement-learning"',
             "    dataset:",
-            f"      name: {_quoted(config.env_id)}",
-            f"      type: {_quoted(config.env_id)}",
+            f"      name: {markdown.yaml_text(config.env_id)}",
+            f"      type: {markdown.yaml_text(config.env_id)}",
             "    metrics:",
             '    - type: "mean_reward"',
-            f"      value: {_quoted(mean)}",
+            f"      value: {markdown.yaml_text(mean)}",
             '      name: "mean_reward"',
             "      verified: false",
             '    - type: "n_eval_episodes"',
@@ -129,7 +129,3 @@ def _provenance(source: Source) -> str:
 
 def _versions(versions: Mapping[str, str]) -> str | None:
     return ", ".join(f"{name} {number}" for name, number in versions.items()) or None
-
-
-def _quoted(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False)
