@@ -1,4 +1,6 @@
 import json
+import re
+import shlex
 import subprocess
 import sys
 from dataclasses import replace
@@ -8,23 +10,29 @@ import jax
 import numpy as np
 import pytest
 import yaml
+from markdown import markdown as to_html
+from PIL import Image
 
 import touchdown
 from saved_policies import save_model
+from shown import Shown
 from touchdown.agents.networks import make_network
 from touchdown.agents.qtable import QTable
 from touchdown.agents.states import OneHot
 from touchdown.config import presets
 from touchdown.config.config import Config
 from touchdown.core import files, installation
+from touchdown.core.terminal import printable, printable_line
 from touchdown.envs import environment
 from touchdown.evaluation import evaluation as evaluations
 from touchdown.exports import agreement
+from touchdown.exports.export import CARD
 from touchdown.policies import lookup
 from touchdown.policies import weights as policy_weights
 from touchdown.policies.facts import WeightsFacts
 from touchdown.policies.foreign.onnx_session import Session
 from touchdown.runs import folder as folders
+from touchdown.runs.folder import RunFolder
 from touchdown.runs.run import Run
 
 
@@ -139,6 +147,44 @@ def test_the_card_has_the_results_for_people_and_for_machines(run, exported):
     assert f"trained with: touchdown {touchdown.__version__}, gymnasium " in card
 
 
+def test_the_card_says_what_a_user_must_know_and_shows_a_film(tmp_path):
+    run = made(tmp_path)
+    Image.new("RGB", (6, 4)).save(run.path / "landing.gif")
+    export = touchdown.export(run, "safetensors", out=tmp_path / "out")
+    assert [path.name for path in export.files] == ["pilot-0.safetensors", "flight.gif", CARD]
+    card = (export.folder / CARD).read_text("utf-8")
+    assert "![A test episode of pilot-0](flight.gif)" in card
+    headings = [line[3:] for line in card.splitlines() if line.startswith("## ")]
+    assert headings == [
+        "Results", "Observations and actions", "Limits", "Use", "Settings", "Provenance", "Licence"
+    ]  # fmt: skip
+    assert "None is stated: whoever publishes this policy chooses one" in card
+    assert "license" not in header(card)
+    assert "performance with wind" in card
+
+
+def test_the_names_on_a_card_are_text(tmp_path):
+    name = (
+        "<script>alert(1)\n```\n---\n# [x](javascript:2) | `a` $x_{$ \"'&lt; {{ 7 }} \x1b \udcff ;"
+    )
+    run = made(tmp_path)
+    run.folder.provenance.write_text(files.to_json({"git_commit": printable(name)}))
+    run = Run(RunFolder(run.path.rename(tmp_path / name)))
+    export = touchdown.export(run, "safetensors", out=tmp_path / "out")
+    card = (export.folder / CARD).read_text("utf-8")
+    (entry,) = header(card)["model-index"]
+    assert entry["name"] == printable(name)
+    read = Shown(to_html(card.split("---\n", 2)[2], extensions=["tables", "fenced_code", "toc"]))
+    seen = " ".join(printable_line(name).split())
+    assert f"run: {seen}\n" in read.text
+    assert f"source: {seen}\n" in read.text
+    assert seen in " ".join(read.text.split("Results")[0].split())
+    assert f"{seen}.safetensors is a safetensors file" in read.text
+    assert [read.tags.count(tag) for tag in ("h1", "h2", "script", "a")] == [1, 7, 0, 0]
+    commands = re.search(r"touchdown evaluate (.*?)\ntouchdown fly", read.text, re.DOTALL)
+    assert shlex.split(commands[1]) == [printable(f"{name}.safetensors")]
+
+
 def test_a_run_without_test_flights_has_a_card_that_says_so(tmp_path):
     run = made(tmp_path, evaluated=False)
     export = touchdown.export(run, "safetensors", out=tmp_path / "out")
@@ -179,6 +225,9 @@ def test_a_shipped_policy_is_exported_with_test_flights_of_its_own(tmp_path, mon
     card = export.files[-1].read_text("utf-8")
     facts = header(card)["model-index"][0]["results"][0]["metrics"]
     assert facts[1]["value"] == 3
+    assert header(card)["license"] == "mit"
+    with Image.open(export.folder / "flight.gif") as film:
+        assert film.n_frames > 30
     assert "trained with:" not in card
     assert touchdown.evaluate(export.files[0], episodes=3).summary.mean_return == pytest.approx(
         touchdown.evaluate("ace", episodes=3).summary.mean_return

@@ -1,13 +1,13 @@
 """Names and labels that were chosen to do harm, through each page, picture and table."""
 
 import csv
-from html.parser import HTMLParser
 
 import pytest
 from markdown import markdown
 from PIL import Image
 
 from finished_runs import write_run
+from shown import Shown
 from touchdown.config import presets, toml
 from touchdown.core.terminal import printable
 from touchdown.figures import style
@@ -26,26 +26,6 @@ HOSTILE = (
 )
 
 
-class Seen(HTMLParser):
-    """The text of a page, and its elements."""
-
-    def __init__(self, html: str) -> None:
-        super().__init__()
-        self.text = ""
-        self.elements: list[tuple[str, dict[str, str | None]]] = []
-        self.feed(html)
-        self.close()
-
-    def handle_starttag(self, tag, attrs):
-        self.elements.append((tag, dict(attrs)))
-
-    def handle_data(self, data):
-        self.text += data
-
-    def values(self, name):
-        return [each[name] or "" for _, each in self.elements if name in each]
-
-
 def seen(name):
     """A name as a reader sees it, with each run of blanks as one."""
     return " ".join(printable(name).split())
@@ -53,11 +33,10 @@ def seen(name):
 
 def check_page(page, names):
     """Each name is text on the page, nothing else, and the page runs only its own script."""
-    read = Seen(page.read_text("utf-8"))
-    shown = " ".join(read.text.split())
+    read = Shown(page.read_text("utf-8"))
     for name in names:
-        assert seen(name) in shown
-    assert [tag for tag, _ in read.elements].count("script") == 1
+        assert seen(name) in read.line
+    assert read.tags.count("script") == 1
     assert not [href for href in read.values("href") if href.startswith("javascript:")]
     return read
 
@@ -87,11 +66,10 @@ def test_a_studys_names_are_text_in_its_report(tmp_path):
     folder = report.page.parent
 
     summary = (folder / "summary.md").read_text("utf-8")
-    read = Seen(markdown(summary, extensions=["tables", "attr_list", "toc"]))
-    shown = " ".join(read.text.split())
+    read = Shown(markdown(summary, extensions=["tables", "attr_list", "toc"]))
     for name in (title, question, sentence, command):
-        assert seen(name) in shown
-    tags = [tag for tag, _ in read.elements]
+        assert seen(name) in read.line
+    tags = read.tags
     assert [tags.count(tag) for tag in ("h1", "h2", "table", "tbody", "script")] == [1, 1, 1, 1, 0]
     assert tags.count("td") == 3
     assert read.values("href") == ["index.html"]

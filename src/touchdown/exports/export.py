@@ -22,7 +22,7 @@ from touchdown.policies.foreign.onnx_session import Session
 from touchdown.policies.weights import Weights
 
 Format = Literal["onnx", "safetensors"]
-CARD, EXAMPLE = "README.md", "fly_onnx.py"
+CARD, EXAMPLE, FILM = "README.md", "fly_onnx.py", "flight.gif"
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +73,11 @@ def write_export(
         content[EXAMPLE] = example.read_bytes()
     else:
         content[name] = reading.read_bytes(source.weights, limits.WEIGHTS_BYTES)
-    content[CARD] = model_card(source, name, agreement).encode()
+    film = source.film()
+    if film is not None:
+        content[FILM] = film
+    card = model_card(source, weights.spaces, name, agreement, FILM if film is not None else "")
+    content[CARD] = card.encode()
 
     def fill(temporary: Path) -> None:
         for each, data in content.items():

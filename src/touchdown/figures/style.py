@@ -4,6 +4,7 @@ import functools
 import textwrap
 import warnings
 from pathlib import Path
+from typing import cast
 
 import matplotlib
 from matplotlib.axes import Axes
@@ -52,7 +53,8 @@ def tidy(ax: Axes) -> Axes:
 def legend_above(ax: Axes) -> None:
     """A legend of everything labelled, above the axes, in as few lines as fit."""
     handles, labels = ax.get_legend_handles_labels()
-    width = _LEGEND_WIDTH * ax.get_figure(root=True).get_figwidth()
+    figure = cast(Figure, ax.get_figure(root=True))
+    width = _LEGEND_WIDTH * figure.get_figwidth()
     shown = [_fitted(label, int(width) - 8, 1) for label in labels]
     # a mark and the room around it are as wide as 8 characters
     columns = int(width // (8 + max(map(len, shown), default=1)))
