@@ -1,5 +1,6 @@
 import json
 import re
+import runpy
 import shlex
 import subprocess
 import sys
@@ -109,13 +110,29 @@ def test_the_example_flies_it_without_touchdown(run, exported):
     code = (
         "import sys, runpy\n"
         "sys.modules['touchdown'] = None\n"  # importing it fails
-        f"runpy.run_path({str(exported.folder / 'fly_onnx.py')!r}, run_name='__main__')\n"
+        f"sys.argv = [{str(exported.folder / 'fly_onnx.py')!r}, '--episodes', '3']\n"
+        "runpy.run_path(sys.argv[0], run_name='__main__')\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    flown = touchdown.evaluate(run, episodes=5).episodes
+    flown = touchdown.evaluate(run, episodes=3).episodes
     assert done.stdout.splitlines() == [
         f"start {episode.seed}: return {episode.episode_return:.1f}" for episode in flown
     ]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "said"),
+    [(["--help"], 0, "usage: fly_onnx.py"), (["no.onnx"], 2, "model no.onnx: no such file")],
+)
+def test_the_example_has_a_help_and_refuses_in_one_line(
+    exported, monkeypatch, capsys, arguments, code, said
+):
+    monkeypatch.setattr(sys, "argv", ["fly_onnx.py", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        runpy.run_path(str(exported.folder / "fly_onnx.py"), run_name="__main__")
+    assert ended.value.code == code
+    printed = capsys.readouterr()
+    assert said in (printed.err if code else printed.out)
 
 
 def test_the_card_has_the_results_for_people_and_for_machines(run, exported):
@@ -286,7 +303,7 @@ def test_without_the_extra_it_says_what_to_install(run, tmp_path, monkeypatch, m
         touchdown.export(run, out=tmp_path / "out")
     assert str(said.value) == (
         f"format 'onnx': needs {missing}, which is not installed; "
-        f"install it: {installation.command_for('onnx')}"
+        f"install it: {installation.command_for('onnx')}, or choose --format safetensors"
     )
     assert not list(tmp_path.iterdir())
     touchdown.export(run, "safetensors", out=tmp_path / "out")  # needs neither

@@ -11,6 +11,7 @@ from touchdown.agents.qtable import QTable
 from touchdown.core import files, limits, reading
 from touchdown.core.errors import UserError
 from touchdown.core.names import hint
+from touchdown.core.terminal import printable
 from touchdown.core.version import __version__
 from touchdown.exports import agreement as agreements
 from touchdown.exports import graph
@@ -104,7 +105,7 @@ def _checked_onnx(source: Source, weights: Weights) -> tuple[bytes, Agreement]:
     config = source.config
     metadata = {
         "env_id": weights.env_id,
-        "run": source.name,
+        "run": printable(source.name),
         "preset": config.preset,
         "seed": str(config.seed),
         "config_digest": config.digest,
