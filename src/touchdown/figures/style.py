@@ -20,7 +20,7 @@ BLUE, ORANGE, GREEN, RED, PURPLE = "#0072b2", "#e69f00", "#009e73", "#d55e00", "
 INK, MUTED, FAINT = "#1d2330", "#6b7280", "#d9dce3"
 
 _LEGEND_WIDTH = 15  # characters per inch of a figure, at the size of a legend
-_TITLE_WIDTH, _LABEL_WIDTH = 8, 13  # the same of a title, and of the names along an axis
+_TITLE_WIDTH, _LABEL_WIDTH = 9, 13  # the same of a title, and of the names along an axis
 _NAME_WIDTH = 34  # characters of a name in the list at the left of a figure
 _MOST_LINES = 3
 _DPI = 200  # twice matplotlib's, for sharp screens
