@@ -336,3 +336,28 @@ def test_nesting_beyond_reason_is_refused_in_one_line(tmp_path: Path):
     path.write_text("[" * 100_000)
     with pytest.raises(UserError, match="not JSON"):
         read_json(path)
+
+
+def test_a_folder_is_complete_or_as_it_was(tmp_path):
+    out = tmp_path / "new" / "out"
+    with files.complete_folder(out) as folder:
+        (folder / "inside").mkdir()
+        (folder / "inside" / "a").write_text("1")
+        assert not out.exists()
+    (out / "mine").write_text("kept")
+    full = OSError(28, "No space left on device")
+    assert broken_off(out, UserError("OUT/b: cannot be written")) == f"{out}/b: cannot be written"
+    assert broken_off(out, full) == f"out '{out}': cannot be written: No space left on device"
+    assert sorted(path.name for path in out.rglob("*")) == ["a", "inside", "mine"]
+    with files.complete_folder(out) as folder:
+        (folder / "inside").mkdir()
+        (folder / "inside" / "a").write_text("3")
+    assert (out / "inside" / "a").read_text() == "3"
+    assert (out / "mine").read_text() == "kept"
+    assert sorted(path.name for path in tmp_path.rglob("*")) == [
+        "a",
+        "inside",
+        "mine",
+        "new",
+        "out",
+    ]

@@ -80,17 +80,9 @@ def write_export(
     card = model_card(source, weights.spaces, name, agreement, FILM if film is not None else "")
     content[CARD] = card.encode()
 
-    def fill(temporary: Path) -> None:
+    with files.complete_folder(folder) as temporary:
         for each, data in content.items():
             (temporary / each).write_bytes(data)
-
-    with files.refusing(f"out {str(folder)!r}"):
-        if folder.is_dir():  # replaced file by file, since the user may keep others there
-            for each, data in content.items():
-                files.write_atomic(folder / each, data)
-        else:
-            files.make_folder(folder.parent)
-            files.write_folder_atomic(folder, fill)
     note = ""
     if not source.is_finished:
         note = (

@@ -4,7 +4,6 @@ import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from touchdown.core import files
 from touchdown.envs import flight as flights
 from touchdown.render import film as films
 from touchdown.report import pictures, tables
@@ -23,19 +22,19 @@ class Builder:
     """Draws the figures and films of sections into a folder.
 
     Args:
-        out: the page's folder.
-        linked: whether the page is in the results folder and links to the runs.
+        out: the folder to write into.
+        beside: the folder in which the page will be, for links to the runs; None makes no links.
         on_step: called with the name of each section.
     """
 
     def __init__(
-        self, out: Path, *, linked: bool, on_step: Callable[[str], object] = lambda _: None
+        self, out: Path, *, beside: Path | None, on_step: Callable[[str], object] = lambda _: None
     ) -> None:
         self.figures = out / _FIGURES
-        self.beside = out if linked else None
+        self.beside = beside
         self._on_step = on_step
-        with files.refusing(f"out {str(out)!r}"):
-            self.figures.mkdir(parents=True, exist_ok=True)
+        self._filmed: set[Path] = set()
+        self.figures.mkdir()
 
     def section(
         self,
@@ -95,14 +94,17 @@ class Builder:
             most: metric in which it has the highest value of its section.
 
         Returns:
-            The film; empty if no flight is recorded.
+            The film; empty if no flight is recorded, or if an earlier section shows it.
 
         Raises:
             UserError: the recorded flights are broken, or the film cannot be written.
         """
+        if folder.path in self._filmed:
+            return ()
         recorded = flights.load_flights(folder.flights) if folder.flights.is_file() else []
         if not recorded:
             return ()
+        self._filmed.add(folder.path)
         flight = dataclasses.replace(recorded[0], policy=who)
         path = self.figures / f"{name}.gif"
         films.write_gif(flight, path, _FILM_FPS, _FILM_SCALE)

@@ -8,6 +8,7 @@ from typing import Any
 from touchdown.config import toml
 from touchdown.config.config import Config
 from touchdown.config.fields import flat
+from touchdown.core import files
 from touchdown.core.errors import UserError
 from touchdown.report.builder import Builder
 from touchdown.report.output import PAGE
@@ -62,15 +63,16 @@ def write_comparison(runs: Sequence[Run], out: Path) -> Path:
         for run in of
     )
     results = StudyResults(study, study.seeds, found, 0, {})
-    builder = Builder(out, linked=True)
-    section = builder.section("comparison", "Test returns", "", results, "best_return", (), {})
-    page = Page(
-        title="Runs compared",
-        lead=f"{len(found)} runs of {len(groups)} settings.",
-        sections=(section, _settings_section(labels, [of[0] for of in groups.values()])),
-        provenance=machine_facts(),
-    )
-    write_page(page, out / PAGE)
+    with files.complete_folder(out) as folder:
+        builder = Builder(folder, beside=out)
+        section = builder.section("comparison", "Test returns", "", results, "best_return", (), {})
+        page = Page(
+            title="Runs compared",
+            lead=f"{len(found)} runs of {len(groups)} settings.",
+            sections=(section, _settings_section(labels, [of[0] for of in groups.values()])),
+            provenance=machine_facts(),
+        )
+        write_page(page, folder / PAGE)
     return out / PAGE
 
 
