@@ -73,7 +73,7 @@ class Builder:
             pictures=tuple(shown),
             films=self._film_of_best(results, name, metric),
             tables=(
-                tables.level_table(results, metric),
+                *tables.level_tables(results, metric),
                 tables.run_table(results, self.beside),
             ),
         )
@@ -112,7 +112,7 @@ class Builder:
             Film(
                 path,
                 f"{who}: {flight.outcome} after {flight.steps} steps",
-                f"{who}, which has the highest {most}. Its median test flight, from start "
+                f"{who}, which has the highest {most}. Its median test episode, from start "
                 f"{flight.seed}: {flight.outcome}, return {flight.episode_return:.0f}.",
             ),
         )

@@ -18,7 +18,7 @@ def summary_of(page: Page, out: Path, page_name: str) -> str:
     parts = [
         f"# {markdown.text(page.title)}",
         markdown.text(page.lead),
-        f"[The page]({page_name}) also has the flights and the tables of levels and runs.",
+        f"[The page]({page_name}) also has the films and the tables of levels and runs.",
         "\n".join(f"- {name}: {_fact(name, value)}" for name, value in page.provenance),
         *(_section(section, out) for section in page.sections),
     ]
