@@ -63,8 +63,12 @@ def of_run(run: Run) -> Source:
     )
 
 
-def of_shipped(weights: Path) -> Source:
+def of_shipped(weights: Path, on_episode: Callable[[], object] = lambda: None) -> Source:
     """A shipped policy, with the config of its preset; it is tested on demand.
+
+    Args:
+        weights: its file.
+        on_episode: called after each test episode.
 
     Raises:
         UserError: the file is broken.
@@ -74,7 +78,8 @@ def of_shipped(weights: Path) -> Source:
     starts = TEST_STARTS[: config.training.test_episodes]
 
     def evaluate() -> Evaluation:
-        return evaluations.evaluate_policy(policy_weights.load_weights(weights), starts)
+        policy = policy_weights.load_weights(weights)
+        return evaluations.evaluate_policy(policy, starts, on_episode=on_episode)
 
     def film() -> bytes:
         named = policy_weights.load_weights(weights)

@@ -13,6 +13,8 @@ from touchdown.studies.claims import Decision
 from touchdown.studies.metrics import METRICS, is_share
 from touchdown.studies.results import StudyResults
 
+STEPS = 3
+"""Steps of a section, for progress: its figures, its film, its tables."""
 _FIGURES = "figures"
 # a page has a film per section, so each is a third of the size of a single film
 _FILM_FPS, _FILM_SCALE = 12, 0.6
@@ -24,7 +26,7 @@ class Builder:
     Args:
         out: the folder to write into.
         beside: the folder in which the page will be, for links to the runs; None makes no links.
-        on_step: called with the name of each section.
+        on_step: called after each of the `STEPS` of a section with its name.
     """
 
     def __init__(
@@ -57,7 +59,6 @@ class Builder:
             decisions: decisions on claims.
             lines: numbers to compare with, by name.
         """
-        self._on_step(name)
         stem = self.figures / name
         shown = [pictures.save_picture(title, results, metric, lines, stem)]
         by_words = all(level.position is None for level in results.study.factors[0].levels)
@@ -65,17 +66,22 @@ class Builder:
             of = "hovering" if is_share(metric) else "validations"
             over = self.figures / f"{name}-over-training"
             shown += pictures.save_all_curves(title, results, of, over)
+        self._on_step(name)
+        shot = self._film_of_best(results, name, metric)
+        self._on_step(name)
+        shown_tables = (
+            *tables.level_tables(results, metric),
+            tables.run_table(results, self.beside),
+        )
+        self._on_step(name)
         return Section(
             id=name,
             title=title,
             lead=lead + _gaps(results),
             claims=tables.claim_rows(decisions),
             pictures=tuple(shown),
-            films=self._film_of_best(results, name, metric),
-            tables=(
-                *tables.level_tables(results, metric),
-                tables.run_table(results, self.beside),
-            ),
+            films=shot,
+            tables=shown_tables,
         )
 
     def _film_of_best(self, results: StudyResults, name: str, metric: str) -> tuple[Film, ...]:

@@ -1,7 +1,7 @@
 """Compares finished runs on one page, grouped by settings; seeds of one setting form a level."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,12 +23,15 @@ _SHOWN = 4  # differing settings in a level's name
 _NONE = "–"  # a setting that a run does not have
 
 
-def write_comparison(runs: Sequence[Run], out: Path) -> Path:
+def write_comparison(
+    runs: Sequence[Run], out: Path, on_step: Callable[[str], object] = lambda _: None
+) -> Path:
     """Write the page into a folder.
 
     Args:
         runs: finished runs, at least one; the settings of the first are the baseline.
         out: folder for the page and its pictures.
+        on_step: called after each of the `STEPS` of the page's section.
 
     Returns:
         The page.
@@ -64,7 +67,7 @@ def write_comparison(runs: Sequence[Run], out: Path) -> Path:
     )
     results = StudyResults(study, study.seeds, found, 0, {})
     with files.complete_folder(out) as folder:
-        builder = Builder(folder, beside=out)
+        builder = Builder(folder, beside=out, on_step=on_step)
         section = builder.section("comparison", "Test returns", "", results, "best_return", (), {})
         page = Page(
             title="Runs compared",

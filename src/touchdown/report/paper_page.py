@@ -6,7 +6,7 @@ from pathlib import Path
 from touchdown.core import files
 from touchdown.evaluation.evaluation import read_evaluations
 from touchdown.report import alike_section, pid_section
-from touchdown.report.builder import Builder
+from touchdown.report.builder import STEPS, Builder
 from touchdown.report.csv_tables import claim_table, level_table, run_tables
 from touchdown.report.output import CLAIMS, PAGE, Report, write_report
 from touchdown.report.page import Page, Section
@@ -46,7 +46,7 @@ def write_paper_report(
         command: the command that makes the page, shown on it.
         note: a sentence to show after the first one on the page.
         linked: whether the page links to the runs' folders.
-        on_step: called with the name of each topic.
+        on_step: called `STEPS` times for each topic, with its name.
 
     Raises:
         UserError: the runs' files are broken, or something cannot be written.
@@ -64,6 +64,9 @@ def write_paper_report(
         builder = Builder(folder, beside=out if linked else None, on_step=on_step)
         for topic in wanted:
             made = _section_of(builder, topic, results, tuned, store)
+            if made is None or topic.study is None or topic.name == "alike":
+                for _ in range(STEPS):  # a section of another kind, or none
+                    on_step(topic.name)
             if made is not None:
                 decisions[topic.name], section = made
                 sections.append(section)

@@ -36,7 +36,7 @@ def write_study_report(
         command: the command that makes the page, shown on it.
         note: a sentence to show after the study's question.
         linked: whether the page links to the runs' folders.
-        on_step: called when the section starts.
+        on_step: called after each of the `STEPS` of the section.
 
     Raises:
         UserError: the runs' files are broken, or something cannot be written.
