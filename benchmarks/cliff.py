@@ -84,7 +84,7 @@ def main() -> None:
         print(f"| `{preset}` | {lengths} | {np.mean(earned):.1f} ± {np.std(earned, ddof=1):.1f} |")
         policy_map.draw_policy(ax, grid, learnt[0][0].q)
         label = f"{preset}: {len(paths[0]) - 1} steps, {np.mean(earned):.0f} while exploring"
-        policy_map.draw_path(ax, cells_of(grid, paths[0]), style.RED, label, offset=0.2)
+        policy_map.draw_path(ax, cells_of(grid, paths[0]), style.RED, label)
     if args.out:
         args.out.parent.mkdir(parents=True, exist_ok=True)
         style.save(figure, args.out)

@@ -25,7 +25,7 @@ def test_an_exported_run_flies_as_the_run_does(finished, tmp_path, monkeypatch, 
     app.main(["export", "cart", f"--runs-dir={finished}"])
     said = capsys.readouterr().out.splitlines()
     assert re.match(r"[\d,]+ of 10,000 actions agree with touchdown's", said[0])
-    names = ["cart.onnx", "fly_onnx.py", "README.md"]
+    names = ["cart.onnx", "fly_onnx.py", "flight.gif", "README.md"]
     assert said[1:] == [f"  cart-onnx/{name}" for name in names]
     app.main(["evaluate", "cart-onnx/cart.onnx", "--episodes=3", "--json"])
     stored = json.loads((finished / "cart" / "evaluation.json").read_text())["pilots"][0]

@@ -20,3 +20,10 @@ def test_runs_and_show_print_json_for_scripts(finished, capsys):
     heading = "run preset env seed status episodes env steps minutes test"
     assert heading.split() == text.split()[: len(heading.split())]
     assert "learning-curve.png" in text
+
+
+def test_a_list_of_runs_says_where_those_of_studies_are(tmp_path, capsys):
+    (tmp_path / "studies" / "runs").mkdir(parents=True)
+    app.main(["runs", f"--runs-dir={tmp_path}"])
+    where = tmp_path / "studies" / "runs"
+    assert f"runs of studies: touchdown runs --runs-dir {where}\n" in capsys.readouterr().out

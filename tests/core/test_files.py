@@ -336,3 +336,32 @@ def test_nesting_beyond_reason_is_refused_in_one_line(tmp_path: Path):
     path.write_text("[" * 100_000)
     with pytest.raises(UserError, match="not JSON"):
         read_json(path)
+
+
+def test_a_folder_is_complete_or_as_it_was(tmp_path):
+    out = tmp_path / "new" / "out"
+    with files.complete_folder(out) as folder:
+        (folder / "inside").mkdir()
+        (folder / "inside" / "a").write_text("1")
+        assert not out.exists()
+    (out / "mine").write_text("kept")
+    for failure, said in (
+        (lambda folder: UserError(f"{folder}/b: cannot be written"), f"{out}/b: cannot be written"),
+        (lambda _: OSError("Disk full"), f"out '{out}': cannot be written: Disk full"),
+    ):
+        assert broken_off(out, failure) == said
+    assert sorted(path.name for path in out.rglob("*")) == ["a", "inside", "mine"]
+    with files.complete_folder(out) as folder:
+        (folder / "inside").mkdir()
+        (folder / "inside" / "a").write_text("3")
+    assert (out / "inside" / "a").read_text() == "3"
+    assert (out / "mine").read_text() == "kept"
+    assert sorted(path.name for path in out.parent.rglob("*")) == ["a", "inside", "mine", "out"]
+
+
+def broken_off(out: Path, failure: Callable[[Path], Exception]) -> str:
+    """The error of a block that fails after it has written a file."""
+    with pytest.raises(UserError) as said, files.complete_folder(out) as folder:  # noqa: PT012
+        (folder / "b").write_text("2")
+        raise failure(folder)
+    return str(said.value)

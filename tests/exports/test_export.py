@@ -1,4 +1,7 @@
 import json
+import re
+import runpy
+import shlex
 import subprocess
 import sys
 from dataclasses import replace
@@ -8,23 +11,29 @@ import jax
 import numpy as np
 import pytest
 import yaml
+from markdown import markdown as to_html
+from PIL import Image
 
 import touchdown
 from saved_policies import save_model
+from shown import Shown
 from touchdown.agents.networks import make_network
 from touchdown.agents.qtable import QTable
 from touchdown.agents.states import OneHot
 from touchdown.config import presets
 from touchdown.config.config import Config
 from touchdown.core import files, installation
+from touchdown.core.terminal import printable, printable_line
 from touchdown.envs import environment
 from touchdown.evaluation import evaluation as evaluations
 from touchdown.exports import agreement
+from touchdown.exports.export import CARD
 from touchdown.policies import lookup
 from touchdown.policies import weights as policy_weights
 from touchdown.policies.facts import WeightsFacts
 from touchdown.policies.foreign.onnx_session import Session
 from touchdown.runs import folder as folders
+from touchdown.runs.folder import RunFolder
 from touchdown.runs.run import Run
 
 
@@ -101,13 +110,29 @@ def test_the_example_flies_it_without_touchdown(run, exported):
     code = (
         "import sys, runpy\n"
         "sys.modules['touchdown'] = None\n"  # importing it fails
-        f"runpy.run_path({str(exported.folder / 'fly_onnx.py')!r}, run_name='__main__')\n"
+        f"sys.argv = [{str(exported.folder / 'fly_onnx.py')!r}, '--episodes', '3']\n"
+        "runpy.run_path(sys.argv[0], run_name='__main__')\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    flown = touchdown.evaluate(run, episodes=5).episodes
+    flown = touchdown.evaluate(run, episodes=3).episodes
     assert done.stdout.splitlines() == [
         f"start {episode.seed}: return {episode.episode_return:.1f}" for episode in flown
     ]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "said"),
+    [(["--help"], 0, "usage: fly_onnx.py"), (["no.onnx"], 2, "model no.onnx: no such file")],
+)
+def test_the_example_has_a_help_and_refuses_in_one_line(
+    exported, monkeypatch, capsys, arguments, code, said
+):
+    monkeypatch.setattr(sys, "argv", ["fly_onnx.py", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        runpy.run_path(str(exported.folder / "fly_onnx.py"), run_name="__main__")
+    assert ended.value.code == code
+    printed = capsys.readouterr()
+    assert said in (printed.err if code else printed.out)
 
 
 def test_the_card_has_the_results_for_people_and_for_machines(run, exported):
@@ -137,6 +162,44 @@ def test_the_card_has_the_results_for_people_and_for_machines(run, exported):
     assert f"config digest: {run.config.digest}" in card
     assert "after 12,345 environment steps" in card
     assert f"trained with: touchdown {touchdown.__version__}, gymnasium " in card
+
+
+def test_the_card_says_what_a_user_must_know_and_shows_a_film(tmp_path):
+    run = made(tmp_path)
+    Image.new("RGB", (6, 4)).save(run.path / "landing.gif")
+    export = touchdown.export(run, "safetensors", out=tmp_path / "out")
+    assert [path.name for path in export.files] == ["pilot-0.safetensors", "flight.gif", CARD]
+    card = (export.folder / CARD).read_text("utf-8")
+    assert "![A test episode of pilot-0](flight.gif)" in card
+    headings = [line[3:] for line in card.splitlines() if line.startswith("## ")]
+    assert headings == [
+        "Results", "Observations and actions", "Limits", "Use", "Settings", "Provenance", "Licence"
+    ]  # fmt: skip
+    assert "None is stated: whoever publishes this policy chooses one" in card
+    assert "license" not in header(card)
+    assert "performance with wind" in card
+
+
+def test_the_names_on_a_card_are_text(tmp_path):
+    name = (
+        "<script>alert(1)\n```\n---\n# [x](javascript:2) | `a` $x_{$ \"'&lt; {{ 7 }} \x1b \udcff ;"
+    )
+    run = made(tmp_path)
+    run.folder.provenance.write_text(files.to_json({"git_commit": printable(name)}))
+    run = Run(RunFolder(run.path.rename(tmp_path / name)))
+    export = touchdown.export(run, "safetensors", out=tmp_path / "out")
+    card = (export.folder / CARD).read_text("utf-8")
+    (entry,) = header(card)["model-index"]
+    assert entry["name"] == printable(name)
+    read = Shown(to_html(card.split("---\n", 2)[2], extensions=["tables", "fenced_code", "toc"]))
+    seen = " ".join(printable_line(name).split())
+    assert f"run: {seen}\n" in read.text
+    assert f"source: {seen}\n" in read.text
+    assert seen in " ".join(read.text.split("Results")[0].split())
+    assert f"{seen}.safetensors is a safetensors file" in read.text
+    assert [read.tags.count(tag) for tag in ("h1", "h2", "script", "a")] == [1, 7, 0, 0]
+    commands = re.search(r"touchdown evaluate (.*?)\ntouchdown fly", read.text, re.DOTALL)
+    assert shlex.split(commands[1]) == [printable(f"{name}.safetensors")]
 
 
 def test_a_run_without_test_flights_has_a_card_that_says_so(tmp_path):
@@ -179,6 +242,9 @@ def test_a_shipped_policy_is_exported_with_test_flights_of_its_own(tmp_path, mon
     card = export.files[-1].read_text("utf-8")
     facts = header(card)["model-index"][0]["results"][0]["metrics"]
     assert facts[1]["value"] == 3
+    assert header(card)["license"] == "mit"
+    with Image.open(export.folder / "flight.gif") as film:
+        assert film.n_frames > 30
     assert "trained with:" not in card
     assert touchdown.evaluate(export.files[0], episodes=3).summary.mean_return == pytest.approx(
         touchdown.evaluate("ace", episodes=3).summary.mean_return
@@ -237,7 +303,7 @@ def test_without_the_extra_it_says_what_to_install(run, tmp_path, monkeypatch, m
         touchdown.export(run, out=tmp_path / "out")
     assert str(said.value) == (
         f"format 'onnx': needs {missing}, which is not installed; "
-        f"install it: {installation.command_for('onnx')}"
+        f"install it: {installation.command_for('onnx')}, or choose --format safetensors"
     )
     assert not list(tmp_path.iterdir())
     touchdown.export(run, "safetensors", out=tmp_path / "out")  # needs neither

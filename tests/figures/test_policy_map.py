@@ -5,10 +5,17 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PathCollection
 from matplotlib.figure import Figure
 from numpy.testing import assert_allclose, assert_array_equal
+from PIL import Image
 
 from touchdown.figures import style
 from touchdown.figures.grid import GridWorld, cells_of, grid_of
-from touchdown.figures.policy_map import draw_path, draw_policy, greedy_glyphs, policy_text
+from touchdown.figures.policy_map import (
+    draw_path,
+    draw_policy,
+    greedy_glyphs,
+    policy_text,
+    save_policy,
+)
 
 LEFT, DOWN, RIGHT, UP = range(4)  # of the frozen lake
 TO_G = 1  # second of the taxi's destinations
@@ -193,19 +200,18 @@ def test_the_taxi_s_maps_lie_side_by_side_with_their_names_and_walls(ax: Axes):
     assert ax.get_xlim() == (-0.05, 23.05)  # 4 maps of 5 and 3 gaps
 
 
-def test_a_path_runs_through_the_centres_of_its_cells_from_a_ring_to_a_dot(ax: Axes):
-    assert draw_path(ax, [(1, 0), (0, 0), (0, 1)], style.RED, "SARSA", offset=0.25) is ax
-    _, line, ring, dot = ax.lines
-    assert_array_equal(line.get_xydata(), [[0.75, 1.75], [0.75, 0.75], [1.75, 0.75]])
-    assert_array_equal(ring.get_xydata(), [[0.75, 1.75]])
-    assert_array_equal(dot.get_xydata(), [[1.75, 0.75]])
-    assert ring.get_markerfacecolor() == "white"
-    assert dot.get_markerfacecolor() == style.RED
+def test_a_path_runs_through_the_centres_of_its_cells_below_the_arrows(ax: Axes):
+    assert draw_path(ax, [(1, 0), (0, 0), (0, 1)], style.RED, "SARSA") is ax
+    (line,) = ax.lines
+    assert_array_equal(line.get_xydata(), [[0.5, 1.5], [0.5, 0.5], [1.5, 0.5]])
+    draw_policy(ax, gridworld("CliffWalking-v1"), np.zeros((48, 4)))
+    actions = next(each for each in ax.collections if each.get_gid() == "actions")
+    assert ax.collections[0].get_zorder() < line.get_zorder() < actions.get_zorder()
 
 
 def test_a_fall_back_to_the_start_is_a_gap_in_the_path(ax: Axes):
     draw_path(ax, [(2, 1), (2, 2), (3, 0), (2, 0)], style.RED, "Q-learning")
-    x = ax.lines[1].get_xdata()
+    x = ax.lines[0].get_xdata()
     assert_array_equal(x, [1.5, 2.5, np.nan, 0.5, 0.5])
 
 
@@ -213,3 +219,13 @@ def test_paths_are_named_in_a_legend(ax: Axes):
     draw_path(ax, [(0, 0), (0, 1)], style.RED, "Q-learning")
     draw_path(ax, [(0, 0), (1, 0)], style.BLUE, "SARSA")
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["Q-learning", "SARSA"]
+
+
+@pytest.mark.parametrize("env_id", ["FrozenLake-v1", "CliffWalking-v1", "Taxi-v4"])
+def test_no_band_of_a_policys_picture_is_empty(tmp_path, env_id):
+    grid = gridworld(env_id)
+    save_policy(tmp_path / "policy.png", grid, all_preferring(grid, 0), "A title")
+    with Image.open(tmp_path / "policy.png") as picture:
+        rows = np.asarray(picture.convert("L")).min(axis=1) == 255
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], rows, [0]))))
+    assert (edges[1::2] - edges[::2]).max() < 0.1 * len(rows)

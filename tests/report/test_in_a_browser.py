@@ -126,6 +126,19 @@ def test_a_film_moves_unless_less_motion_is_wanted_and_can_be_turned_by_keyboard
         assert not screen.locator(f".{first}").is_visible()
 
 
+def test_the_letters_of_a_figure_and_the_answer_of_a_table_are_readable_on_a_phone(opened: Open):
+    with opened("phone") as tab:
+        # 8 points of a figure 7.2 inches wide
+        width = tab.locator("figure svg").first.bounding_box()["width"]
+        assert width * 8 / (7.2 * 72) > 9
+        assert tab.locator(".card").first.bounding_box()["width"] < SIZES["phone"][0]
+        inside = tab.locator(".scroll").first
+        inside.evaluate("each => each.scrollLeft = 200")
+        name = inside.locator("tbody th").first.bounding_box()
+        assert abs(name["x"] - inside.bounding_box()["x"]) < 2  # still in sight
+        assert inside.locator("caption span").bounding_box()["width"] < 340
+
+
 def test_a_figure_opens_larger_and_closes_again_without_a_script(opened: Open):
     with opened("phone", java_script_enabled=False) as tab:
         small = tab.locator("figure svg").first.bounding_box()

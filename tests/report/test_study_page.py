@@ -1,8 +1,11 @@
 import csv
 import re
 
+import pytest
+
 from finished_runs import write_run
 from touchdown.config import toml
+from touchdown.core.errors import UserError
 from touchdown.report.study_page import write_study_report
 from touchdown.studies.claim_tests import Near
 from touchdown.studies.claims import Claim
@@ -85,3 +88,15 @@ def test_a_study_of_an_environment_with_small_returns_shows_their_decimals(tmp_p
         "lake",
         "lake-over-training",
     }
+
+
+def test_a_report_that_cannot_be_written_leaves_no_figures_behind(tmp_path, monkeypatch):
+    study = Study(name="one", factors=(Factor("preset", levels_of("preset", ["pilot"])),), seeds=1)
+
+    def full(*_args: object) -> None:
+        raise UserError("index.html: cannot be written: No space left on device")
+
+    monkeypatch.setattr("touchdown.report.output.write_page", full)
+    with pytest.raises(UserError, match="No space left"):
+        page_of(study, tmp_path, recorded=False)
+    assert [path.name for path in tmp_path.iterdir()] == ["results"]

@@ -3,10 +3,14 @@
 from importlib import resources
 from pathlib import Path
 
+from rich.console import Console
+
 from touchdown.api.policies import shipped
 from touchdown.api.runs import RunLike, find_run
+from touchdown.config import presets
 from touchdown.core import device, plugins
 from touchdown.core.errors import UserError
+from touchdown.core.progress import Counter, console_for
 from touchdown.exports import source as sources
 from touchdown.exports.export import Export, Format, write_export
 from touchdown.policies import lookup
@@ -23,6 +27,8 @@ def export(
     force: bool = False,
     runs_dir: Path | str = DEFAULT_RUNS,
     trust: bool = False,
+    progress: bool | None = None,
+    console: Console | None = None,
 ) -> Export:
     """Export a policy for use outside touchdown, with a model card.
 
@@ -36,6 +42,9 @@ def export(
         force: whether to replace the files of an earlier export in an existing folder.
         runs_dir: folder of the runs.
         trust: whether to import code that the run names: its environment's module, its agent.
+        progress: True shows the progress of a test, False shows nothing; None shows it in a
+            notebook and on a terminal.
+        console: where to show it; None uses the notebook's output or standard output.
 
     Raises:
         UserError: there is no such run, it has no weights yet or broken files, the folder exists
@@ -53,7 +62,12 @@ def export(
             )
         weights = shipped(str(run), Path(runs_dir))
         if weights is not None:
-            with resources.as_file(weights) as path:
-                return write_export(sources.of_shipped(path), format, folder, force=force)
+            episodes = presets.preset(str(run)).training.test_episodes
+            with (
+                resources.as_file(weights) as path,
+                Counter(console_for(progress, console), f"testing {run}", episodes) as count,
+            ):
+                source = sources.of_shipped(path, count)
+                return write_export(source, format, folder, force=force)
     with plugins.trusting(everything=trust):
         return write_export(sources.of_run(find_run(run, runs_dir)), format, folder, force=force)

@@ -151,7 +151,12 @@ class Export:
         from touchdown.api import exporting  # noqa: PLC0415 - heavy libraries load when used
 
         export = exporting.export(
-            self.name, self.format, out=self.out, force=self.force, runs_dir=self.runs_dir
+            self.name,
+            self.format,
+            out=self.out,
+            force=self.force,
+            runs_dir=self.runs_dir,
+            console=console,
         )
         if export.note:
             print_line(console, export.note)

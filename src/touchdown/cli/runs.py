@@ -1,13 +1,14 @@
 """The verbs that inspect runs: `runs`, `show` and `compare`."""
 
+import shlex
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, arg
 
-from touchdown.cli.arguments import DEFAULT_RUNS, Force, Json, RunName, RunsDir
-from touchdown.cli.printing import print_indented, print_json
+from touchdown.cli.arguments import DEFAULT_RESULTS, DEFAULT_RUNS, Force, Json, RunName, RunsDir
+from touchdown.cli.printing import print_indented, print_json, print_line
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -29,11 +30,17 @@ class Runs:
         if self.json:
             print_json(facts)
             return
-        if not facts:
+        if facts:
+            console.print(tables.runs_table(facts, console.width))
+            print_indented(console, [run["error"] for run in facts if run["status"] == "broken"])
+        else:
             console.print(f"no runs in {self.runs_dir}; start one: touchdown train")
-            return
-        console.print(tables.runs_table(facts, console.width))
-        print_indented(console, [run["error"] for run in facts if run["status"] == "broken"])
+        of_studies = self.runs_dir / DEFAULT_RESULTS.name / "runs"
+        if (
+            of_studies.is_dir()
+        ):  # named by digest, and often hundreds, so they are a list of their own
+            where = shlex.quote(str(of_studies))
+            print_line(console, f"runs of studies: touchdown runs --runs-dir {where}")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -78,6 +78,40 @@ def write_folder_atomic(path: Path, write: Callable[[Path], object]) -> None:
     sync(path.parent)
 
 
+@contextmanager
+def complete_folder(path: Path) -> Generator[Path]:
+    """A temporary folder that the block fills, and that then becomes `path`.
+
+    If that folder exists, the new files replace those of the same name, one after the other, since
+    the user may keep other files there. If the block fails, nothing is changed.
+
+    Raises:
+        UserError: the folder cannot be written, or as in the block, with the name of the folder in
+            place of the temporary one's.
+    """
+    target = _followed(path)
+    with refusing(f"out {str(path)!r}"):
+        make_folder(target.parent)
+        beside = target / target.name if target.is_dir() else target
+        temporaries.remove_temporaries([beside.parent])
+        with temporaries.temporary_folder(beside) as temporary:
+            try:
+                yield temporary
+            except UserError as error:
+                said = str(error).replace(str(temporary), str(path))
+                raise UserError(said) from error.__cause__
+            for inside in [*temporary.rglob("*"), temporary]:
+                sync(inside)
+            if target.is_dir():
+                for inside in filter(Path.is_file, temporary.rglob("*")):
+                    replaced = target / inside.relative_to(temporary)
+                    make_folder(replaced.parent)
+                    inside.replace(replaced)
+            else:
+                temporary.replace(target)
+        sync(target.parent)
+
+
 def make_folder(path: Path) -> None:
     """Create a folder with its parents, unless it exists, and flush its name to the disk.
 

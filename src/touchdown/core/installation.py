@@ -22,16 +22,19 @@ Extra = Literal["mlflow", "onnx", "optuna", "ray", "wandb"]
 EXTRAS: tuple[Extra, ...] = get_args(Extra)
 
 
-def missing(where: str, library: str, extra: Extra) -> UserError:
+def missing(where: str, library: str, extra: Extra, otherwise: str = "") -> UserError:
     """The error for a library that is not installed.
 
     Args:
         where: what needs it: a field and its value, or a verb.
         library: its name.
         extra: the extra of touchdown that contains it.
+        otherwise: what to do without it; "" if there is nothing.
     """
+    instead = f", or {otherwise}" if otherwise else ""
     return UserError(
-        f"{where}: needs {library}, which is not installed; install it: {command_for(extra)}"
+        f"{where}: needs {library}, which is not installed; install it: "
+        f"{command_for(extra)}{instead}"
     )
 
 

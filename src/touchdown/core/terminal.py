@@ -12,7 +12,7 @@ _PIPE_WIDTH = 120  # characters; output to a file may have longer lines than a t
 _NOT_PRINTABLE = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f"  # control characters but tabs and line feeds
     "\u200e\u200f\u202a-\u202e\u2066-\u2069"  # what changes the direction of text
-    "\u2028\u2029\ud800-\udfff]"  # other line ends, and bytes that are no text
+    "\u2028\u2029\ud800-\udfff\ufffe\uffff]"  # other line ends, and what is no text
 )
 
 

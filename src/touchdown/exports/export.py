@@ -11,6 +11,7 @@ from touchdown.agents.qtable import QTable
 from touchdown.core import files, limits, reading
 from touchdown.core.errors import UserError
 from touchdown.core.names import hint
+from touchdown.core.terminal import printable
 from touchdown.core.version import __version__
 from touchdown.exports import agreement as agreements
 from touchdown.exports import graph
@@ -22,7 +23,7 @@ from touchdown.policies.foreign.onnx_session import Session
 from touchdown.policies.weights import Weights
 
 Format = Literal["onnx", "safetensors"]
-CARD, EXAMPLE = "README.md", "fly_onnx.py"
+CARD, EXAMPLE, FILM = "README.md", "fly_onnx.py", "flight.gif"
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,19 +74,15 @@ def write_export(
         content[EXAMPLE] = example.read_bytes()
     else:
         content[name] = reading.read_bytes(source.weights, limits.WEIGHTS_BYTES)
-    content[CARD] = model_card(source, name, agreement).encode()
+    film = source.film()
+    if film is not None:
+        content[FILM] = film
+    card = model_card(source, weights.spaces, name, agreement, FILM if film is not None else "")
+    content[CARD] = card.encode()
 
-    def fill(temporary: Path) -> None:
+    with files.complete_folder(folder) as temporary:
         for each, data in content.items():
             (temporary / each).write_bytes(data)
-
-    with files.refusing(f"out {str(folder)!r}"):
-        if folder.is_dir():  # replaced file by file, since the user may keep others there
-            for each, data in content.items():
-                files.write_atomic(folder / each, data)
-        else:
-            files.make_folder(folder.parent)
-            files.write_folder_atomic(folder, fill)
     note = ""
     if not source.is_finished:
         note = (
@@ -100,7 +97,7 @@ def _checked_onnx(source: Source, weights: Weights) -> tuple[bytes, Agreement]:
     config = source.config
     metadata = {
         "env_id": weights.env_id,
-        "run": source.name,
+        "run": printable(source.name),
         "preset": config.preset,
         "seed": str(config.seed),
         "config_digest": config.digest,

@@ -1,24 +1,33 @@
 """Fly the ONNX model in this folder on stock Gymnasium; touchdown is not needed.
 
-pip install onnxruntime "gymnasium[box2d]", then: python fly_onnx.py [MODEL.onnx [ENV_ID]]
+First: pip install onnxruntime "gymnasium[box2d]"
 """
 
-import sys
+import argparse
 from pathlib import Path
 
 import gymnasium
 import numpy as np
 import onnxruntime
 
-beside = Path(__file__).parent.glob("*.onnx")
-session = onnxruntime.InferenceSession(sys.argv[1] if sys.argv[1:] else next(beside))
-env_id = session.get_modelmeta().custom_metadata_map["env_id"]
-if ":" in env_id and not sys.argv[2:]:
-    sys.exit(f"the model names the environment {env_id}, whose module would be imported: if you "
-             "trust it, give its id after the model")  # fmt: skip
-env = gymnasium.make(sys.argv[2] if sys.argv[2:] else env_id)
+parser = argparse.ArgumentParser(description=__doc__)
+beside = next(Path(__file__).parent.glob("*.onnx"), None)
+parser.add_argument(
+    "model", nargs="?", default=beside, help="an .onnx file; by default %(default)s"
+)
+parser.add_argument("env_id", nargs="?", help="environment; by default the one that it names")
+parser.add_argument("--episodes", type=int, default=5, help="number of starts; by default 5")
+args = parser.parse_args()
+if args.model is None or not Path(args.model).is_file():
+    parser.error(f"model {args.model}: no such file")
+session = onnxruntime.InferenceSession(args.model)
+env_id = args.env_id or session.get_modelmeta().custom_metadata_map["env_id"]
+if ":" in env_id and args.env_id is None:
+    parser.error(f"the model names the environment {env_id}, whose module would be imported: if "
+                 "you trust it, give its id after the model")  # fmt: skip
+env = gymnasium.make(env_id)
 
-for seed in range(5):
+for seed in range(args.episodes):
     observation, _ = env.reset(seed=seed)
     episode_return, ended = 0.0, False
     while not ended:

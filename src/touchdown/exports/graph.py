@@ -28,7 +28,7 @@ def check_installed() -> None:
     """
     missing = missing_package()
     if missing is not None:
-        raise installation.missing("format 'onnx'", missing, "onnx")
+        raise installation.missing("format 'onnx'", missing, "onnx", "choose --format safetensors")
 
 
 def onnx_model(

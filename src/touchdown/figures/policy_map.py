@@ -126,33 +126,37 @@ def save_policy(path: FilePath, grid: GridWorld, q: FloatArray, title: str) -> N
     """
     _, rows, columns = grid.states.shape
     across, down = columns * len(grid.column_names), rows * len(grid.row_names)
-    cell = 0.55 if len(grid.states) == 1 else 0.27  # inches
-    figure = style.new_figure(cell * across + 1.8, cell * down + 1.4)
+    cell = 0.62 if len(grid.states) == 1 else 0.3  # inches
+    # no more than the colour bar and the title need, or a band would stay empty
+    figure = style.new_figure(cell * across + 1.0, cell * down + 0.55)
     draw_policy(figure.subplots(), grid, q)
     style.title(figure, title)
     style.save(figure, path)
 
 
-def draw_path(
-    ax: Axes, cells: Sequence[Cell], colour: str, label: str, *, offset: float = 0.0
-) -> Axes:
-    """A path over a grid of one map, from a ring to a dot, with a legend above.
+def draw_path(ax: Axes, cells: Sequence[Cell], colour: str, label: str) -> Axes:
+    """A path through the centres of a map's cells, below the arrows, with a legend above.
 
     Args:
         ax: axes with the map.
         cells: cells in the order of the path; a jump, as from the cliff to the start, leaves a gap.
         colour: colour of the line.
         label: label in the legend.
-        offset: right and down from the centres, in cells, so that two paths are both visible.
     """
-    path = np.array(cells, np.float64).reshape(-1, 2) + 0.5 + offset
+    path = np.array(cells, np.float64).reshape(-1, 2) + 0.5
     jumps = np.flatnonzero(np.abs(np.diff(path, axis=0)).sum(axis=1) > 1.5) + 1
     y, x = np.insert(path, jumps, np.nan, axis=0).T
-    line: dict[str, Any] = {"solid_joinstyle": "round", "zorder": 4}
-    ax.plot(x, y, color="white", linewidth=4.2, **line)  # separates it from arrows and other paths
-    ax.plot(x, y, color=colour, linewidth=2.4, label=label, **line)
-    for place, face in ((path[:1], "white"), (path[-1:], colour)):
-        ax.plot(*place.T[::-1], "o", markersize=6, color=colour, markerfacecolor=face, zorder=5)
+    ax.plot(
+        x,
+        y,
+        color=colour,
+        alpha=0.75,
+        linewidth=6,
+        solid_joinstyle="round",
+        solid_capstyle="round",
+        label=label,
+        zorder=1.5,
+    )
     style.legend_above(ax)
     return ax
 

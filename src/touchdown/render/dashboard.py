@@ -4,6 +4,7 @@ from collections.abc import Collection
 
 from PIL import Image, ImageDraw
 
+from touchdown.core.terminal import printable_line
 from touchdown.core.types import Outcome
 from touchdown.envs.flight import Flight
 from touchdown.lander import stock
@@ -32,7 +33,8 @@ _LAMPS = (
 def draw_title(picture: Image.Image, canvas: Canvas, flight: Flight) -> None:
     """The policy's name and the start, in the upper left corner."""
     draw = ImageDraw.Draw(picture)
-    draw.text(_at(canvas, 16, 13), flight.policy, _BRIGHT, font(canvas.pixels(15), bold=True))
+    name = printable_line(flight.policy)
+    draw.text(_at(canvas, 16, 13), name, _BRIGHT, font(canvas.pixels(15), bold=True))
     draw.text(_at(canvas, 16, 33), f"start {flight.seed}", _MUTED, font(canvas.pixels(11)))
 
 

@@ -4,7 +4,6 @@ import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from touchdown.core import files
 from touchdown.envs import flight as flights
 from touchdown.render import film as films
 from touchdown.report import pictures, tables
@@ -14,6 +13,8 @@ from touchdown.studies.claims import Decision
 from touchdown.studies.metrics import METRICS, is_share
 from touchdown.studies.results import StudyResults
 
+STEPS = 3
+"""Steps of a section, for progress: its figures, its film, its tables."""
 _FIGURES = "figures"
 # a page has a film per section, so each is a third of the size of a single film
 _FILM_FPS, _FILM_SCALE = 12, 0.6
@@ -23,19 +24,19 @@ class Builder:
     """Draws the figures and films of sections into a folder.
 
     Args:
-        out: the page's folder.
-        linked: whether the page is in the results folder and links to the runs.
-        on_step: called with the name of each section.
+        out: the folder to write into.
+        beside: the folder in which the page will be, for links to the runs; None makes no links.
+        on_step: called after each of the `STEPS` of a section with its name.
     """
 
     def __init__(
-        self, out: Path, *, linked: bool, on_step: Callable[[str], object] = lambda _: None
+        self, out: Path, *, beside: Path | None, on_step: Callable[[str], object] = lambda _: None
     ) -> None:
         self.figures = out / _FIGURES
-        self.beside = out if linked else None
+        self.beside = beside
         self._on_step = on_step
-        with files.refusing(f"out {str(out)!r}"):
-            self.figures.mkdir(parents=True, exist_ok=True)
+        self._filmed: set[Path] = set()
+        self.figures.mkdir()
 
     def section(
         self,
@@ -58,7 +59,6 @@ class Builder:
             decisions: decisions on claims.
             lines: numbers to compare with, by name.
         """
-        self._on_step(name)
         stem = self.figures / name
         shown = [pictures.save_picture(title, results, metric, lines, stem)]
         by_words = all(level.position is None for level in results.study.factors[0].levels)
@@ -66,17 +66,22 @@ class Builder:
             of = "hovering" if is_share(metric) else "validations"
             over = self.figures / f"{name}-over-training"
             shown += pictures.save_all_curves(title, results, of, over)
+        self._on_step(name)
+        shot = self._film_of_best(results, name, metric)
+        self._on_step(name)
+        shown_tables = (
+            *tables.level_tables(results, metric),
+            tables.run_table(results, self.beside),
+        )
+        self._on_step(name)
         return Section(
             id=name,
             title=title,
             lead=lead + _gaps(results),
             claims=tables.claim_rows(decisions),
             pictures=tuple(shown),
-            films=self._film_of_best(results, name, metric),
-            tables=(
-                tables.level_table(results, metric),
-                tables.run_table(results, self.beside),
-            ),
+            films=shot,
+            tables=shown_tables,
         )
 
     def _film_of_best(self, results: StudyResults, name: str, metric: str) -> tuple[Film, ...]:
@@ -95,14 +100,17 @@ class Builder:
             most: metric in which it has the highest value of its section.
 
         Returns:
-            The film; empty if no flight is recorded.
+            The film; empty if no flight is recorded, or if an earlier section shows it.
 
         Raises:
             UserError: the recorded flights are broken, or the film cannot be written.
         """
+        if folder.path in self._filmed:
+            return ()
         recorded = flights.load_flights(folder.flights) if folder.flights.is_file() else []
         if not recorded:
             return ()
+        self._filmed.add(folder.path)
         flight = dataclasses.replace(recorded[0], policy=who)
         path = self.figures / f"{name}.gif"
         films.write_gif(flight, path, _FILM_FPS, _FILM_SCALE)
@@ -110,7 +118,7 @@ class Builder:
             Film(
                 path,
                 f"{who}: {flight.outcome} after {flight.steps} steps",
-                f"{who}, which has the highest {most}. Its median test flight, from start "
+                f"{who}, which has the highest {most}. Its median test episode, from start "
                 f"{flight.seed}: {flight.outcome}, return {flight.episode_return:.0f}.",
             ),
         )

@@ -1,13 +1,14 @@
 """Compares finished runs on one page, grouped by settings; seeds of one setting form a level."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 from touchdown.config import toml
 from touchdown.config.config import Config
 from touchdown.config.fields import flat
+from touchdown.core import files
 from touchdown.core.errors import UserError
 from touchdown.report.builder import Builder
 from touchdown.report.output import PAGE
@@ -22,12 +23,15 @@ _SHOWN = 4  # differing settings in a level's name
 _NONE = "–"  # a setting that a run does not have
 
 
-def write_comparison(runs: Sequence[Run], out: Path) -> Path:
+def write_comparison(
+    runs: Sequence[Run], out: Path, on_step: Callable[[str], object] = lambda _: None
+) -> Path:
     """Write the page into a folder.
 
     Args:
         runs: finished runs, at least one; the settings of the first are the baseline.
         out: folder for the page and its pictures.
+        on_step: called after each of the `STEPS` of the page's section.
 
     Returns:
         The page.
@@ -62,15 +66,16 @@ def write_comparison(runs: Sequence[Run], out: Path) -> Path:
         for run in of
     )
     results = StudyResults(study, study.seeds, found, 0, {})
-    builder = Builder(out, linked=True)
-    section = builder.section("comparison", "Test returns", "", results, "best_return", (), {})
-    page = Page(
-        title="Runs compared",
-        lead=f"{len(found)} runs of {len(groups)} settings.",
-        sections=(section, _settings_section(labels, [of[0] for of in groups.values()])),
-        provenance=machine_facts(),
-    )
-    write_page(page, out / PAGE)
+    with files.complete_folder(out) as folder:
+        builder = Builder(folder, beside=out, on_step=on_step)
+        section = builder.section("comparison", "Test returns", "", results, "best_return", (), {})
+        page = Page(
+            title="Runs compared",
+            lead=f"{len(found)} runs of {len(groups)} settings.",
+            sections=(section, _settings_section(labels, [of[0] for of in groups.values()])),
+            provenance=machine_facts(),
+        )
+        write_page(page, folder / PAGE)
     return out / PAGE
 
 

@@ -3,6 +3,7 @@
 import os
 from pathlib import Path
 
+from touchdown.core import markdown
 from touchdown.report.page import Page, Section
 
 
@@ -15,26 +16,26 @@ def summary_of(page: Page, out: Path, page_name: str) -> str:
         page_name: the HTML page's file name in that folder.
     """
     parts = [
-        f"# {page.title}",
-        page.lead,
-        f"[The page]({page_name}) also has the flights and the tables of levels and runs.",
-        "\n".join(f"- {name}: {_code(name, value)}" for name, value in page.provenance),
+        f"# {markdown.text(page.title)}",
+        markdown.text(page.lead),
+        f"[The page]({page_name}) also has the films and the tables of levels and runs.",
+        "\n".join(f"- {name}: {_fact(name, value)}" for name, value in page.provenance),
         *(_section(section, out) for section in page.sections),
     ]
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
-def _code(name: str, value: str) -> str:
-    return f"`{value}`" if name == "made by" else value
+def _fact(name: str, value: str) -> str:
+    return markdown.code(value) if name == "made by" else markdown.text(value)
 
 
 def _section(section: Section, out: Path) -> str:
-    parts = [f"## {section.title}", section.lead]
+    parts = [f"## {markdown.text(section.title)}", markdown.text(section.lead)]
     if section.claims:
         parts.append(_claims(section))
     parts += [
-        f"![{picture.alt}]({Path(os.path.relpath(picture.png, out)).as_posix()})"
-        f"\n\n{picture.caption}"
+        f"{markdown.image(picture.alt, Path(os.path.relpath(picture.png, out)))}"
+        f"\n\n{markdown.text(picture.caption)}"
         for picture in section.pictures
     ]
     return "\n\n".join(part for part in parts if part)
@@ -47,15 +48,11 @@ def _claims(section: Section) -> str:
     rows += [("---",) * len(rows[0])]
     rows += [
         (
-            _cell(claim.sentence),
-            *[claim.section] * of_paper,
+            markdown.text(claim.sentence),
+            *[markdown.text(claim.section)] * of_paper,
             f"**{claim.verdict}**",
-            _cell(claim.evidence),
+            markdown.text(claim.evidence),
         )
         for claim in section.claims
     ]
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
-
-
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|")

@@ -31,16 +31,13 @@ class Report:
     """Results by study."""
 
 
-def write_report(page: Page, tables: Mapping[str, pl.DataFrame], out: Path) -> Path:
+def write_report(page: Page, tables: Mapping[str, pl.DataFrame], out: Path) -> None:
     """Write a page, its summary and its tables into a folder.
 
     Args:
         page: a page whose pictures are drawn.
         tables: tables by name, for `tables/<name>.csv`.
         out: the folder.
-
-    Returns:
-        The page.
 
     Raises:
         UserError: something cannot be written.
@@ -54,4 +51,3 @@ def write_report(page: Page, tables: Mapping[str, pl.DataFrame], out: Path) -> P
         for name, table in tables.items():
             rounded = table.with_columns(cs.float().round_sig_figs(_DIGITS))
             files.write_atomic(folder / f"{name}.csv", rounded.write_csv())
-    return out / PAGE

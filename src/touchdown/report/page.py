@@ -15,6 +15,7 @@ from markupsafe import Markup
 
 from touchdown.core import files, limits, reading
 from touchdown.core.errors import UserError, one_line
+from touchdown.core.terminal import printable
 from touchdown.report.embed import data_url, film_and_still
 from touchdown.report.svg import themed_svg
 from touchdown.studies.claims import VERDICTS, Verdict
@@ -164,6 +165,7 @@ def render(page: Page) -> str:
     environment = Environment(
         loader=PackageLoader("touchdown.report", "."),
         autoescape=True,
+        finalize=_shown,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
@@ -207,6 +209,11 @@ def _are_numbers(cells: Sequence[TableCell]) -> bool:
             for is_number, text in zip(found, texts, strict=True)
         )
     )
+
+
+def _shown(value: object) -> object:
+    """A value of the page's as text of any file; our own markup and numbers as they are."""
+    return printable(value) if isinstance(value, str) and not isinstance(value, Markup) else value
 
 
 def _drawing(svg: Path, prefix: str) -> Markup:

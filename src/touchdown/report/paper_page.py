@@ -3,11 +3,12 @@
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from touchdown.core import files
 from touchdown.evaluation.evaluation import read_evaluations
 from touchdown.report import alike_section, pid_section
-from touchdown.report.builder import Builder
+from touchdown.report.builder import STEPS, Builder
 from touchdown.report.csv_tables import claim_table, level_table, run_tables
-from touchdown.report.output import CLAIMS, Report, write_report
+from touchdown.report.output import CLAIMS, PAGE, Report, write_report
 from touchdown.report.page import Page, Section
 from touchdown.report.provenance import page_facts, provenance_of
 from touchdown.runs.folder import RunFolder
@@ -45,7 +46,7 @@ def write_paper_report(
         command: the command that makes the page, shown on it.
         note: a sentence to show after the first one on the page.
         linked: whether the page links to the runs' folders.
-        on_step: called with the name of each topic.
+        on_step: called `STEPS` times for each topic, with its name.
 
     Raises:
         UserError: the runs' files are broken, or something cannot be written.
@@ -56,34 +57,39 @@ def write_paper_report(
         study.name: read_study(study, seeds or study.seeds, store)
         for study in {t.study.name: t.study for t in wanted if t.study}.values()
     }
-    builder = Builder(out, linked=linked, on_step=on_step)
     tuned = read_pid(paper.pid_jobs(scale, seeds), store)
     decisions: dict[str, list[Decision]] = {}
     sections: list[Section] = []
-    for topic in wanted:
-        made = _section_of(builder, topic, results, tuned, store)
-        if made is not None:
-            decisions[topic.name], section = made
-            sections.append(section)
-    lead = (
-        "Every experiment of the paper over several training seeds, with a verdict on each of "
-        "its claims by a statistical test that was specified before the runs."
-    )
-    page = Page(
-        title="The paper, re-measured",
-        lead=f"{lead} {note}".strip(),
-        facts=page_facts(results, tuned, scale),
-        sections=tuple(sections),
-        provenance=provenance_of(command, results, scale),
-    )
-    tables = run_tables(results) | {
-        f"{topic.name}-levels": level_table(results[topic.study.name], topic.metric)
-        for topic in wanted
-        if topic.name in decisions and topic.name != "alike" and topic.study is not None
-    }
-    if any(decisions.values()):
-        tables[CLAIMS] = claim_table(decisions)
-    return Report(write_report(page, tables, out), decisions, results)
+    with files.complete_folder(out) as folder:
+        builder = Builder(folder, beside=out if linked else None, on_step=on_step)
+        for topic in wanted:
+            made = _section_of(builder, topic, results, tuned, store)
+            if made is None or topic.study is None or topic.name == "alike":
+                for _ in range(STEPS):  # a section of another kind, or none
+                    on_step(topic.name)
+            if made is not None:
+                decisions[topic.name], section = made
+                sections.append(section)
+        lead = (
+            "Every experiment of the paper over several training seeds, with a verdict on each of "
+            "its claims by a statistical test that was specified before the runs."
+        )
+        page = Page(
+            title="The paper, re-measured",
+            lead=f"{lead} {note}".strip(),
+            facts=page_facts(results, tuned, scale),
+            sections=tuple(sections),
+            provenance=provenance_of(command, results, scale),
+        )
+        tables = run_tables(results) | {
+            f"{topic.name}-levels": level_table(results[topic.study.name], topic.metric)
+            for topic in wanted
+            if topic.name in decisions and topic.name != "alike" and topic.study is not None
+        }
+        if any(decisions.values()):
+            tables[CLAIMS] = claim_table(decisions)
+        write_report(page, tables, folder)
+    return Report(out / PAGE, decisions, results)
 
 
 def _section_of(

@@ -3,9 +3,10 @@
 from collections.abc import Callable
 from pathlib import Path
 
+from touchdown.core import files
 from touchdown.report.builder import Builder
 from touchdown.report.csv_tables import claim_table, level_table, run_tables
-from touchdown.report.output import CLAIMS, Report, write_report
+from touchdown.report.output import CLAIMS, PAGE, Report, write_report
 from touchdown.report.page import Page
 from touchdown.report.provenance import page_facts, provenance_of
 from touchdown.studies.claims import decide
@@ -35,33 +36,35 @@ def write_study_report(
         command: the command that makes the page, shown on it.
         note: a sentence to show after the study's question.
         linked: whether the page links to the runs' folders.
-        on_step: called when the section starts.
+        on_step: called after each of the `STEPS` of the section.
 
     Raises:
         UserError: the runs' files are broken, or something cannot be written.
     """
     results = read_study(study, seeds, store)
-    builder = Builder(out, linked=linked, on_step=on_step)
     title = study.title or study.name
     known = {study.name: results}
     tables = run_tables(known)
-    sections = ()
     decisions = decide(study.claims, results.named, study.metric) if results.runs else []
     if results.runs:
-        sections = (
-            builder.section(
-                study.name, title, study.question, results, study.metric, decisions, {}
-            ),
-        )
         tables[f"{study.name}-levels"] = level_table(results, study.metric)
     by_study = {study.name: decisions} if decisions else {}
     if by_study:
         tables[CLAIMS] = claim_table(by_study)
-    page = Page(
-        title=title,
-        lead=f"{study.question} {note}".strip(),
-        facts=page_facts(known, (), ""),
-        sections=sections,
-        provenance=provenance_of(command, known, ""),
-    )
-    return Report(write_report(page, tables, out), by_study, known)
+    with files.complete_folder(out) as folder:
+        builder = Builder(folder, beside=out if linked else None, on_step=on_step)
+        sections = ()
+        if results.runs:
+            section = builder.section(
+                study.name, title, study.question, results, study.metric, decisions, {}
+            )
+            sections = (section,)
+        page = Page(
+            title=title,
+            lead=f"{study.question} {note}".strip(),
+            facts=page_facts(known, (), ""),
+            sections=sections,
+            provenance=provenance_of(command, known, ""),
+        )
+        write_report(page, tables, folder)
+    return Report(out / PAGE, by_study, known)

@@ -49,8 +49,8 @@ def interval_text(found: Interval, text_of: Callable[[float], str] = _points) ->
     return f"{text_of(found.value)} [{text_of(found.low)}, {text_of(found.high)}]"
 
 
-def level_table(results: StudyResults, metric: str) -> Table:
-    """The numbers of each cell's seeds, and the comparison with the base.
+def level_tables(results: StudyResults, metric: str) -> tuple[Table, ...]:
+    """The numbers of each cell's seeds: the comparison with the base, and a folded table of others.
 
     Args:
         results: results of a study.
@@ -59,39 +59,47 @@ def level_table(results: StudyResults, metric: str) -> Table:
     levels = summarise_levels(results, metric)
     text_of = formatter(metric, [np.array(level.seeds.values) for level in levels])
     shows_training = not is_share(metric)
-    rows = tuple(
-        (
-            f"{level.cell.name} (base)" if level.is_base else level.cell.name,
-            str(level.seeds.n),
-            interval_text(level.seeds.iqm, text_of),
-            interval_text(level.seeds.mean, text_of),
-            _NONE if level.seeds.band is None else " to ".join(map(text_of, level.seeds.band)),
-            *_against_base(level, text_of),
-            *(_training_cells(level, text_of) if shows_training else ()),
-        )
-        for level in levels
-    )
-    return Table(
+    names = [f"{level.cell.name} (base)" if level.is_base else level.cell.name for level in levels]
+    compared = Table(
         f"{METRICS[metric].capitalize()}, by level; against the base: difference of means "
-        "[95%], probability that a seed has more, p by Holm's correction.",
-        (
-            "level", "n", "IQM [95%]", "mean [95%]", "band of seeds",
-            "against base", "P(more)", "p",
-            *(_training_columns(results) if shows_training else ()),
+        "[95%], p by Holm's correction, probability that a seed has more.",
+        ("level", "n", "against base", "p", "P(more)", "mean [95%]", "IQM [95%]"),
+        tuple(
+            (
+                name,
+                str(level.seeds.n),
+                *_against_base(level, text_of),
+                interval_text(level.seeds.mean, text_of),
+                interval_text(level.seeds.iqm, text_of),
+            )
+            for name, level in zip(names, levels, strict=True)
         ),
-        rows,
-    )  # fmt: skip
+    )
+    others = Table(
+        "Spread over seeds and training, by level.",
+        ("level", "band of seeds", *(_training_columns(results) if shows_training else ())),
+        tuple(
+            (
+                name,
+                _NONE if level.seeds.band is None else " to ".join(map(text_of, level.seeds.band)),
+                *(_training_cells(level, text_of) if shows_training else ()),
+            )
+            for name, level in zip(names, levels, strict=True)
+        ),
+        folded=True,
+    )
+    return compared, others
 
 
 def _against_base(level: LevelSummary, text_of: Callable[[float], str]) -> tuple[str, str, str]:
-    """The difference, the probability of improvement and p; dashes without a comparison."""
+    """The difference, p and the probability of improvement; dashes without a comparison."""
     if level.against_base is None:
         return _NONE, _NONE, _NONE
     found = level.against_base.comparison
     return (
         f"{'+' * (found.difference.value > 0)}{interval_text(found.difference, text_of)}",
-        f"{found.probability_of_improvement.value:.0%}",
         p_text(level.against_base.p_corrected),
+        f"{found.probability_of_improvement.value:.0%}",
     )
 
 
@@ -134,6 +142,7 @@ def run_table(results: StudyResults, beside: Path | None) -> Table:
         beside: folder of the page, for links; None makes no links.
     """
     tested = any(run.is_tested for run in results.runs)
+    lands = any(math.isfinite(run.landed) for run in results.runs)
     rows: list[tuple[TableCell, ...]] = []
     for run in results.runs:
         name: TableCell = run.name
@@ -147,7 +156,7 @@ def run_table(results: StudyResults, beside: Path | None) -> Table:
                 f"{run.best_return if run.is_tested else run.validation_return:.1f}",
                 f"{run.return_of_last:.1f}",
                 _known(run.worst_return, ".0f"),
-                _known(run.landed, ".0%"),
+                *[_known(run.landed, ".0%")] * lands,
                 f"{run.hover_share:.0%}",
                 f"{run.env_steps:,}",
                 "never"
@@ -160,7 +169,8 @@ def run_table(results: StudyResults, beside: Path | None) -> Table:
         f"The {len(rows)} runs of this study.",
         (
             "level", "seed", "run", "test return" if tested else "validation return",
-            "final weights", "worst flight", "landed", "timed out in training", "env steps",
+            "final weights", "worst episode", *["landed"] * lands, "timed out in training",
+            "env steps",
             f"to {_solved_text(results)}", "seconds",
         ),
         tuple(rows),

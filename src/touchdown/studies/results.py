@@ -14,6 +14,7 @@ from touchdown.core.errors import UserError
 from touchdown.core.types import FloatArray
 from touchdown.envs.custom import threshold_of
 from touchdown.evaluation.evaluation import Evaluation, read_evaluations
+from touchdown.lander import rules
 from touchdown.policies import weights as policy_weights
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.rows import EpisodeRow, ValidationRow
@@ -48,7 +49,9 @@ class RunResult:
     hover_share: float
     worst_return: float
     share_solved: float
+    """NaN also in an environment without a threshold."""
     landed: float
+    """NaN also in environments other than the lander."""
     env_steps: int
     seconds: float
     """Seconds of training, up to the decision to stop if the run stops when solved."""
@@ -204,6 +207,8 @@ def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
     facts = policy_weights.facts_of(folder.best)
     if facts.final_validation_return is None:
         raise UserError(f"{folder.best}: has no final_validation_return")
+    share_solved = chosen.summary.share_solved if chosen else None
+    lands = chosen is not None and rules.is_lander(chosen.env_id)
     return RunResult(
         path=path,
         labels=labels,
@@ -216,8 +221,8 @@ def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
         area=curves.area_under(at, means, until),
         hover_share=float(np.mean(timed_out)),
         worst_return=min(e.episode_return for e in chosen.episodes) if chosen else math.nan,
-        share_solved=(chosen.summary.share_solved or 0.0) if chosen else math.nan,
-        landed=chosen.summary.outcomes.get("landed", 0.0) if chosen else math.nan,
+        share_solved=math.nan if share_solved is None else share_solved,
+        landed=chosen.summary.outcomes.get("landed", 0.0) if chosen and lands else math.nan,
         env_steps=int(until),
         seconds=seconds[-1] if facts.solved_seconds is None else facts.solved_seconds,
         env_steps_to_solved=solved,

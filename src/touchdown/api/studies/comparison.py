@@ -8,6 +8,7 @@ from rich.console import Console
 from touchdown.api.runs import RunLike, find_run
 from touchdown.core import files
 from touchdown.core.progress import Counter, console_for
+from touchdown.report.builder import STEPS
 from touchdown.report.comparison import write_comparison
 from touchdown.runs.folder import DEFAULT_RUNS
 from touchdown.runs.run import Run
@@ -45,7 +46,5 @@ def compare(
     found = [find_run(run, runs_dir) for run in given]
     files.check_new(Path(out), force=force)
     shown = console_for(progress, console)
-    with Counter(shown, "comparing", 1) as count:
-        page = write_comparison(found, Path(out))
-        count()
-    return page
+    with Counter(shown, f"comparing {len(found)} runs", STEPS) as count:
+        return write_comparison(found, Path(out), lambda _: count())

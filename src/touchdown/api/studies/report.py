@@ -15,6 +15,7 @@ from touchdown.api.studies.find import (
 from touchdown.core import files
 from touchdown.core.errors import UserError
 from touchdown.core.progress import Counter, console_for
+from touchdown.report.builder import STEPS
 from touchdown.report.output import Report
 from touchdown.report.paper_page import write_paper_report
 from touchdown.report.study_page import write_study_report
@@ -71,7 +72,7 @@ def study_report(
     note = _note_on_flights(selection, store)
     shown = console_for(progress, console)
     sections = len(paper.topics(selection.scale)) if selection.name == PAPER else 1
-    with Counter(shown, f"writing the report of {selection.name}", sections) as count:
+    with Counter(shown, f"writing the report of {selection.name}", STEPS * sections) as count:
 
         def on_step(_name: str) -> None:
             count()
