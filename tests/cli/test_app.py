@@ -103,7 +103,7 @@ from touchdown.cli import app
         (["train", "--validation-episodes=1000000"], "must be at most 1000000"),
         (["train", "--test-episodes=2000000"], "test_episodes = 2000000: must be at most 1000000"),
         (["--verison"], "verb '--verison': unknown; did you mean `touchdown --version`?"),
-        (["tune", "pid", "--out=."], "out '.': must be a file, such as pid.toml"),
+        (["tune", "pid", "--out=."], "out '.': must be a file, not a folder"),
         (["train", "--device=gpu"], "device 'gpu': JAX finds no such device"),
         (
             ["evaluate", "nix"],

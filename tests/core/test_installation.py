@@ -48,6 +48,7 @@ def installed(monkeypatch, tmp_path):
 def test_from_an_index(installed):
     installed(None)
     assert installation.command_for("onnx") == "pip install 'touchdown-rl[onnx]'"
+    assert installation.command_to_repair() == "pip install touchdown-rl"
     assert installation.command_to_rebuild() == (
         "pip install --force-reinstall --no-cache-dir --no-deps touchdown-rl"
     )

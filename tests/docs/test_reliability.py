@@ -14,6 +14,7 @@ def test_each_promise_names_tests_that_exist():
     )
     rows = [row for table in promises for row in table.splitlines()]
     assert len(rows) > 40
+    assert len(promises) == PAGE.count("| promise | test |")
     written = set(re.findall(r"def (test_\w+)\(", TESTS))
     for row in rows:
         named = set(re.findall(r"`(test_\w+)`", row))

@@ -84,7 +84,8 @@ def _libraries() -> tuple[State, str]:
     found = installation.versions(names)
     missing = [name for name in names if name not in found]
     if missing:
-        return "bad", f"not installed: {', '.join(missing)}; install touchdown again"
+        repair = installation.command_to_repair()
+        return "bad", f"not installed: {', '.join(missing)}; install them: {repair}"
     return "good", ", ".join(f"{name} {found[name]}" for name in names)
 
 

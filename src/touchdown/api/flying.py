@@ -46,7 +46,7 @@ def evaluate(
             function that makes one; None is LunarLander-v3.
         runs_dir: folder of the runs.
         vecnormalize: for a Stable-Baselines3 `.zip`: the file that `VecNormalize.save` wrote, or
-            `none` if observations were not normalised in training; None finds out.
+            `none` if observations were not normalised in training. With None, the archive tells.
         trust: whether to import code that a file names: an environment's module or an agent.
         progress: True shows progress and results, False shows nothing; None shows them in a
             notebook and on a terminal.
@@ -90,7 +90,7 @@ def fly(
             function that makes one; None is LunarLander-v3.
         runs_dir: folder of the runs.
         vecnormalize: for a Stable-Baselines3 `.zip`: the file that `VecNormalize.save` wrote, or
-            `none` if observations were not normalised in training; None finds out.
+            `none` if observations were not normalised in training. With None, the archive tells.
         trust: whether to import code that a file names: an environment's module or an agent.
 
     Raises:

@@ -50,10 +50,13 @@ def find_policy(
 def _found(
     policy: PolicyLike, runs_dir: Path, env_id: str, vecnormalize: str | None
 ) -> NamedPolicy:
-    if isinstance(policy, NamedPolicy):
-        return policy
-    if isinstance(policy, Run):
-        return policy.policy
+    if isinstance(policy, NamedPolicy | Run):
+        if vecnormalize is not None:
+            raise UserError(
+                f"vecnormalize = {vecnormalize!r}: policy {policy.name!r} takes none; it is for "
+                "archives of Stable-Baselines3"
+            )
+        return policy if isinstance(policy, NamedPolicy) else policy.policy
     name = str(policy)
     if vecnormalize is not None or lookup.is_known(name) or shipped(name, runs_dir) is not None:
         return lookup.load(name, env_id, vecnormalize)

@@ -63,7 +63,9 @@ def main(argv: Sequence[str] | None = None) -> None:
 
 def _show_warning(message: Warning | str, *_where: object) -> None:
     """Print a warning as one line, without the place in the code that is of no use here."""
-    sys.stderr.write(f"touchdown: warning: {message}\n")
+    from touchdown.core.terminal import printable_line  # noqa: PLC0415 - it loads rich
+
+    sys.stderr.write(f"touchdown: warning: {printable_line(str(message))}\n")
 
 
 def _fail(message: str, code: int) -> None:

@@ -52,6 +52,11 @@ def how_to_compile() -> str:
     return f"install a C++ compiler such as g++, then run: {command_to_rebuild()}"
 
 
+def command_to_repair() -> str:
+    """The shell command that installs the libraries of touchdown that are missing."""
+    return f"{_installer()} {_source() or DISTRIBUTION}"
+
+
 def command_to_rebuild() -> str:
     """The shell command that installs touchdown again, so that it compiles its C++ modules."""
     source = _source()
@@ -71,7 +76,8 @@ def versions(packages: Iterable[str]) -> dict[str, str]:
 
 def is_installed(extra: Extra) -> bool:
     """Whether the libraries of an extra are installed, in any version."""
-    return all(map(_is_present, _names_of(extra)))
+    names = _names_of(extra)
+    return bool(names) and all(map(_is_present, names))
 
 
 def _with_extra(extra: str) -> str:

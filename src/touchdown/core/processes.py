@@ -38,7 +38,8 @@ def stopping(on_signal: Callable[[int], object]) -> Generator[None]:
         on_signal(number)
 
     before = {number: signal.getsignal(number) for number in _STOPPING}
-    caught = [number for number, handler in before.items() if handler is not signal.SIG_IGN]
+    # one that is not Python's, which is None, could not be put back
+    caught = [n for n, handler in before.items() if handler not in (signal.SIG_IGN, None)]
     for number in caught:
         signal.signal(number, handle)
     try:
