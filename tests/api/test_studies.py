@@ -270,13 +270,13 @@ def test_studies_are_listed_for_people_and_for_scripts(capsys):
 def test_an_agents_settings_are_searched_and_the_search_goes_on(tmp_path):
     pytest.importorskip("optuna")
     out = tmp_path / "found.toml"
-    settings = {"seeds": 2, "env_steps": 1_000, "out": out, "results_dir": tmp_path / "results"}
-    first = studies.tune_agent("cartpole", trials=2, executor=LocalExecutor(2), **settings)
-    assert first.trials == 2
+    settings = {"seeds": 1, "env_steps": 1_000, "out": out, "results_dir": tmp_path / "results"}
+    first = studies.tune_agent("cartpole", trials=1, executor=LocalExecutor(1), **settings)
+    assert first.trials == 1
     more = studies.tune_agent(
-        "cartpole", trials=3, executor=LocalExecutor(2), force=True, **settings
+        "cartpole", trials=2, executor=LocalExecutor(1), force=True, **settings
     )
-    assert more.trials == 3
+    assert more.trials == 2
     assert more.value >= first.value
     winner = touchdown.preset("cartpole")
     from_file = toml.from_values(toml.read_toml(out), winner, out)

@@ -116,7 +116,9 @@ def test_a_finished_run_that_lost_its_weights_chooses_them_again(tmp_path):
     assert all(np.array_equal(again[name], weights[name]) for name in weights)
 
 
-@pytest.mark.parametrize("env_id", ["Acrobot-v1", "MountainCar-v0"])
+@pytest.mark.parametrize(
+    "env_id", [pytest.param("Acrobot-v1", marks=pytest.mark.slow), "MountainCar-v0"]
+)
 def test_other_environments_train_test_and_are_filmed(tmp_path, env_id):
     run = touchdown.train(tiny(env_id, episodes=1), runs_dir=tmp_path)
     assert run.evaluation is not None

@@ -220,21 +220,7 @@ def test_a_full_disk_is_one_line_and_exit_code_2(tmp_path, monkeypatch, capsys):
     assert said.endswith(f"touchdown train --resume full --runs-dir {tmp_path / 'runs'}")
 
 
-def test_output_to_a_full_disk_is_one_line_and_exit_code_2(tmp_path):
-    if not Path("/dev/full").exists():
-        pytest.skip("there is no /dev/full here")
-    done = subprocess.run(
-        ["bash", "-c", f"{sys.executable} -m touchdown evaluate random --episodes 1 > /dev/full"],
-        capture_output=True,
-        text=True,
-        cwd=tmp_path,
-        check=False,
-    )
-    assert done.returncode == 2
-    assert done.stderr.count("\n") == 1
-    assert "Traceback" not in done.stderr
-
-
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full here")
 def test_output_to_a_full_disk_is_one_line(finished):
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(
