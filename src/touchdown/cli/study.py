@@ -154,6 +154,13 @@ class StudyReport:
         if report.decisions:
             console.print(tables.claims_table(report.decisions))
         print_indented(console, [report.page])
+        missing = sum(each.missing for each in report.results.values())
+        if missing:
+            planned = sum(each.planned for each in report.results.values())
+            print_line(
+                console,
+                f"{missing} of {planned} runs are not done; `study run` continues them",
+            )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -74,7 +74,8 @@ def shipped(name: str) -> Traversable | None:
 
 def shipped_names() -> list[str]:
     """The names of the shipped policies."""
-    return sorted(each.name.removesuffix(".safetensors") for each in SHIPPED.iterdir())
+    names = (each.name for each in SHIPPED.iterdir() if each.name.endswith(".safetensors"))
+    return sorted(name.removesuffix(".safetensors") for name in names)
 
 
 def _baseline(name: str, env_id: str) -> NamedPolicy:

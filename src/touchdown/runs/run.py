@@ -99,6 +99,11 @@ def best_weights(folder: RunFolder) -> Path:
         UserError: there is none yet.
     """
     if not folder.best.is_file():
+        if folder.evaluation.is_file():
+            raise UserError(
+                f"{folder.best}: missing from a finished run; restore it from a copy, or select it "
+                f"from the checkpoints again with: touchdown train --resume {folder.name}"
+            )
         raise UserError(
             f"run {folder.name!r}: has no weights before its first validation; "
             f"resume it with: touchdown train --resume {folder.name}"
