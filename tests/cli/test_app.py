@@ -1,3 +1,4 @@
+import os
 import shutil
 import subprocess
 import sys
@@ -103,7 +104,7 @@ from touchdown.cli import app
         (["train", "--validation-episodes=1000000"], "must be at most 1000000"),
         (["train", "--test-episodes=2000000"], "test_episodes = 2000000: must be at most 1000000"),
         (["--verison"], "verb '--verison': unknown; did you mean `touchdown --version`?"),
-        (["tune", "pid", "--out=."], "out '.': must be a file, such as pid.toml"),
+        (["tune", "pid", "--out=."], "out '.': must be a file, not a folder"),
         (["train", "--device=gpu"], "device 'gpu': JAX finds no such device"),
         (
             ["evaluate", "nix"],
@@ -218,6 +219,28 @@ def test_a_full_disk_is_one_line_and_exit_code_2(tmp_path, monkeypatch, capsys):
     said = complaint("train", "dqn", *SHORT, "--episodes=2", *where, capsys=capsys)
     assert "episodes.jsonl: cannot be written: No space left on device" in said
     assert said.endswith(f"touchdown train --resume full --runs-dir {tmp_path / 'runs'}")
+
+
+@pytest.mark.parametrize(
+    "args",
+    [["presets"], ["presets", "pilot"], ["presets", "--json"], ["--version"]],
+)
+def test_a_reader_that_leaves_early_is_no_error(args, monkeypatch, capsys):
+    read, write = os.pipe()
+    os.close(read)
+    with open(write, "w", encoding="utf-8") as closed:  # noqa: PTH123 - of a descriptor
+        monkeypatch.setattr(sys, "stdout", closed)
+        app.main(args)
+    assert capsys.readouterr().err == ""
+
+
+def test_a_reader_of_a_help_that_leaves_early_is_no_error():
+    read, write = os.pipe()
+    os.close(read)
+    words = [sys.executable, "-m", "touchdown", "--help"]
+    with open(write, "wb") as closed:  # noqa: PTH123 - of a descriptor
+        done = subprocess.run(words, stdout=closed, stderr=subprocess.PIPE, check=False)
+    assert (done.returncode, done.stderr) == (0, b"")
 
 
 def test_output_to_a_full_disk_is_one_line_and_exit_code_2(tmp_path):

@@ -101,7 +101,7 @@ def best_weights(folder: RunFolder) -> Path:
     if not folder.best.is_file():
         raise UserError(
             f"run {folder.name!r}: has no weights before its first validation; "
-            f"resume it with: touchdown train --resume {folder.name}"
+            f"resume it with: {folder.resume_command()}"
         )
     return folder.best
 
