@@ -10,6 +10,7 @@ import pytest
 
 from touchdown.cli import parse
 from touchdown.core.errors import UserError
+from touchdown.runs.folder import RunFolder
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -49,7 +50,8 @@ def texts_in(source: str) -> Iterator[str]:
 
 
 def refusal_of(command: str) -> str:
-    words = shlex.split(re.sub(r"\$\w+|<[^>]*>", "1", command), comments=True)
+    command = re.sub(r"\$\w+|<[^>]*>", "1", command).replace("--rule 1", "--rule signed")
+    words = shlex.split(command, comments=True)
     if " ".join(words) in (*parse.VERBS, *parse.COMMANDS):  # it only names the verb
         return ""
     if words[0] in ("train", "presets") and words[1] in ("1", "NAME"):
@@ -81,7 +83,19 @@ def test_every_command_in_a_message_is_accepted():
     found: dict[str, str] = {}
     for source in SOURCES:
         for text in texts_in(source.read_text("utf-8")):
-            for command in re.findall(rf"(?:`|with: )touchdown ((?:{FIRST}|VERB)\b[^`;]*)", text):
+            for command in re.findall(rf"\btouchdown ((?:{FIRST}|VERB)\b[^`;:\n]*)", text):
                 found[command] = refusal_of(command)
     assert len(found) > 10
     assert {line: why for line, why in found.items() if why} == {}
+
+
+def test_a_command_about_a_run_is_quoted_and_says_where_the_run_is():
+    folder = RunFolder(Path("my runs/it's mine"))
+    program, *words = shlex.split(folder.resume_command("--trust"))
+    verb = parse.parse(words)
+    assert program == "touchdown"
+    assert (verb.resume, verb.runs_dir, verb.trust) == ("it's mine", Path("my runs"), True)
+    assert shlex.split(folder.restart_command())[1:] == [
+        *("train", "--config", "my runs/it's mine/config.toml", "--runs-dir", "my runs")
+    ]
+    assert RunFolder(Path("runs/a")).resume_command() == "touchdown train --resume a"

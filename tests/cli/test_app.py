@@ -1,3 +1,4 @@
+import os
 import shutil
 import subprocess
 import sys
@@ -220,7 +221,43 @@ def test_a_full_disk_is_one_line_and_exit_code_2(tmp_path, monkeypatch, capsys):
     assert said.endswith(f"touchdown train --resume full --runs-dir {tmp_path / 'runs'}")
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full here")
+@pytest.mark.parametrize(
+    "args",
+    [["presets"], ["presets", "pilot"], ["presets", "--json"], ["--version"]],
+)
+def test_a_reader_that_leaves_early_is_no_error(args, monkeypatch, capsys):
+    read, write = os.pipe()
+    os.close(read)
+    with open(write, "w", encoding="utf-8") as closed:  # noqa: PTH123 - of a descriptor
+        monkeypatch.setattr(sys, "stdout", closed)
+        app.main(args)
+    assert capsys.readouterr().err == ""
+
+
+def test_a_reader_of_a_help_that_leaves_early_is_no_error():
+    read, write = os.pipe()
+    os.close(read)
+    words = [sys.executable, "-m", "touchdown", "--help"]
+    with open(write, "wb") as closed:  # noqa: PTH123 - of a descriptor
+        done = subprocess.run(words, stdout=closed, stderr=subprocess.PIPE, check=False)
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
+def test_output_to_a_full_disk_is_one_line_and_exit_code_2(tmp_path):
+    if not Path("/dev/full").exists():
+        pytest.skip("there is no /dev/full here")
+    done = subprocess.run(
+        ["bash", "-c", f"{sys.executable} -m touchdown evaluate random --episodes 1 > /dev/full"],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "Traceback" not in done.stderr
+
+
 def test_output_to_a_full_disk_is_one_line(finished):
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(

@@ -1,9 +1,11 @@
 import pytest
 
 from command_line import complaint
-from touchdown.cli import app, parse
+from touchdown.cli import app, flags, parse
+from touchdown.cli import presets as cli_presets
 from touchdown.cli.train import Train
 from touchdown.config import presets
+from touchdown.config.sections import ALGORITHMS, NetworkConfig
 from touchdown.config.toml import to_toml
 from touchdown.core.errors import UserError
 
@@ -128,3 +130,17 @@ def test_a_config_written_as_toml_is_read_back_as_the_same_config(tmp_path):
 def test_an_unknown_verb_is_refused_before_anything_is_loaded():
     with pytest.raises(UserError, match="verb 'land'"):
         parse.parse(["land"])
+
+
+def test_help_without_the_sources_has_the_flags_and_no_texts(monkeypatch):
+    def missing(_kind: type) -> str:
+        raise OSError("could not get source code")
+
+    monkeypatch.setattr(flags.inspect, "getsource", missing)
+    found = list(flags._each_flag(NetworkConfig, "network"))
+    assert "--hidden-sizes" in [flag.word for flag in found]
+    assert not any(flag.text for flag in found)
+
+
+def test_every_algorithm_has_a_title_among_the_presets():
+    assert tuple(cli_presets._ALGORITHMS) == ALGORITHMS

@@ -2,7 +2,7 @@ import re
 
 import pytest
 
-from touchdown.config.presets import PRESETS, SECTIONS_OF_THE_PAPER, preset
+from touchdown.config.presets import DESCRIPTIONS, PRESETS, preset
 from touchdown.core.errors import UserError
 
 
@@ -40,9 +40,9 @@ def test_preferential_dqn_is_target_dqn_with_resaves():
 
 
 def test_every_preset_has_its_section_of_the_paper_and_its_own_label():
-    assert SECTIONS_OF_THE_PAPER.keys() == PRESETS.keys()
+    assert DESCRIPTIONS.keys() == PRESETS.keys()
     cited = re.compile(r"section \d|\(.*\d{4}\)")  # of the paper, or another paper
-    assert [name for name, text in SECTIONS_OF_THE_PAPER.items() if not cited.search(text)] == []
+    assert [name for name, text in DESCRIPTIONS.items() if not cited.search(text)] == []
     assert {name: config.preset for name, config in PRESETS.items()} == {
         name: name for name in PRESETS
     }

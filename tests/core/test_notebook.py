@@ -3,6 +3,7 @@ import sys
 from types import SimpleNamespace
 
 import pytest
+from rich.table import Table
 from rich.text import Text
 
 from touchdown.core import notebook
@@ -81,6 +82,20 @@ def test_a_transient_view_leaves_nothing(kernel):
     assert kernel.shown == ["working\n"]
     live.stop()
     assert kernel.shown == [""]
+
+
+def test_a_name_that_looks_like_markup_is_shown_as_it_is(kernel):
+    console = notebook.make_console()
+    with console.capture() as printed:
+        console.print("run [/x]")
+    assert printed.get() == "run [/x]\n"
+    live = notebook.Live(refresh_per_second=1e9)
+    live.start()
+    live.update("run [/x] :smile:")
+    assert kernel.shown == ["run [/x] :smile:\n"]
+    live.update(Table("[bold]x[/y]", "\x1b]0;b\x07"))
+    assert "[bold]x[/y]" in kernel.shown[0]
+    assert "\x1b" not in kernel.shown[0]
 
 
 def test_facts_from_a_file_cannot_add_markup():

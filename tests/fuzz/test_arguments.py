@@ -37,7 +37,9 @@ WORDS = [
     *("64,64", "64", ",", "a=b", "=", "alpha=0.9", "None", "True", "true", "0x10", "１２"),
     *("", " ", ".", "..", "/", "a/b", "../x", "/dev/null", "/dev/full", "~", "*", "a" * 300),
     *("\udcff", "\x1b[31mred", "[red]x[/]", "[/]", "{x}", "%s", "a\nb", "\u202e", "é", "🙂" * 9),
-    *("cpu", "gpu", "exact", "gymnasium", "onnx", "quick", "full", "local", "sqlite://"),
+    *("cpu", "gpu", "exact", "gymnasium", "onnx", "quick", "full", "local"),
+    *("sqlite://", "sqlite:///x.db", "sqlite:///x.db?timeout=abc", "nosuch://h/x"),
+    *("postgresql://u:p@h:abc/db", "postgresql:/u:p@h/db", "postgresql+nosuch://u:p@h/db"),
     *("-", "--", "-h", "--help", "-x", "--=", "--=x", "help"),
 ]
 FLAGS = sorted(
@@ -123,7 +125,7 @@ def here(tmp_path_factory):
             patch.setattr(where, name, _stopped)
         patch.setattr("touchdown.exports.graph.check_installed", _stopped)
         patch.setattr("touchdown.policies.weights.read_weights", _stopped)
-        patch.setattr("touchdown.studies.search.open_study", _stopped)
+        patch.setattr("optuna.storages.RDBStorage", _stopped)
         patch.setattr("touchdown.studies.ray_executor.RayExecutor", _stopped)
         patch.setattr(store, "open_store", _store)
         patch.setattr(device, "use", _use_device)

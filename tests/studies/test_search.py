@@ -130,9 +130,9 @@ def test_a_run_that_failed_is_worth_what_nobody_wants(store):
     [
         ("sqlite:////no/such/place.db", "cannot be used: unable to open database file"),
         ("sqlite://", "must name a file"),
-        ("sqlite:///:memory:", "must name a file"),
-        ("", "cannot be used: Could not parse SQLAlchemy URL"),
-        ("nosuch://h/x", "cannot be used: Can't load plugin"),
+        ("sqlite:///%3Amemory%3A", "must name a file"),
+        ("", "cannot be used: must be a URL"),
+        ("nosuch://h/x", "cannot be used: "),
     ],
 )
 def test_a_storage_that_cannot_be_opened_is_named(url, said):
@@ -149,10 +149,33 @@ def test_a_file_that_is_no_storage_is_refused_and_left_as_it_is(store):
     assert file.read_bytes() == before
 
 
-def test_a_storages_password_is_not_shown():
-    with pytest.raises(UserError, match=r"postgresql://me:\*\*\*@nowhere/x") as refused:
-        search.open_study("postgresql://me:s3cret@nowhere/x", "mine", 0)
+@pytest.mark.parametrize(
+    ("url", "shown"),
+    [
+        ("postgresql://me:s3cret@nowhere/x", "postgresql://me:***@nowhere/x"),
+        ("postgresql://me@nowhere/x?password=s3cret", "postgresql://me@nowhere/x"),
+        ("postgresql://me:s3cret@nowhere:abc/x", "postgresql:…"),
+        ("postgresql://me:s3cret/x", "postgresql:…"),  # read as a port
+        ("postgresql:/me:s3cret@nowhere/x", "postgresql:…"),
+        ("s3cret@nowhere", "…"),
+    ],
+)
+def test_a_storages_password_is_not_shown(url, shown):
+    with pytest.raises(UserError) as refused:
+        search.open_study(url, "mine", 0)
+    assert str(refused.value).startswith(f"storage = {shown!r}: cannot be used: ")
     assert "s3cret" not in str(refused.value)
+
+
+@pytest.mark.parametrize("option", ["timeout=abc", "check_same_thread=maybe"])
+def test_a_storages_option_that_its_driver_cannot_read_is_one_line(option, tmp_path):
+    with pytest.raises(UserError, match=r"x\.db': cannot be used: \S"):
+        search.open_study(f"sqlite:///{tmp_path}/x.db?{option}", "mine", 0)
+
+
+def test_a_missing_package_of_a_search_is_not_taken_for_its_storage_s():
+    with pytest.raises(ImportError, match="theirs"), storage_errors("sqlite:///x"):
+        raise ImportError("theirs")
 
 
 def test_a_storage_that_another_process_keeps_locked_is_one_line(store, monkeypatch):

@@ -9,9 +9,9 @@ from rich.console import Console, RenderableType
 from rich.text import Text
 
 from touchdown.api import views
-from touchdown.config.presets import SECTIONS_OF_THE_PAPER
+from touchdown.config.presets import DESCRIPTIONS
 from touchdown.core import device, progress
-from touchdown.core.errors import Interrupted, UserError, one_line
+from touchdown.core.errors import Interrupted, UserError, is_out_of_memory, one_line
 from touchdown.core.types import ValuePolicy
 from touchdown.envs import environment
 from touchdown.evaluation import evaluation as evaluations
@@ -23,7 +23,7 @@ from touchdown.figures.grid import grid_of
 from touchdown.lander import rules
 from touchdown.policies import weights as policy_weights
 from touchdown.render import film as films
-from touchdown.runs.folder import DEFAULT_RUNS, RunFolder
+from touchdown.runs.folder import RunFolder
 from touchdown.runs.run import FLIGHTS, GIF, MP4, POLICY, Run
 from touchdown.training import finish, services
 from touchdown.training.checkpoint import DamagedError
@@ -49,11 +49,11 @@ def complete(
         loggers: names of logging services, which are added to the listeners.
     """
     device.use_default()
-    where = folder.path.parent
-    place = "" if where == DEFAULT_RUNS else f" --runs-dir {where}"
-    flags = f" --logger {' '.join(loggers)}" if loggers else ""
-    flags += " --trust" if folder.config().own_code else ""
-    continuing = f"resume with: touchdown train --resume {folder.name}{place}{flags}"
+    flags = [
+        *(["--logger", *loggers] if loggers else []),
+        *(["--trust"] if folder.config().own_code else []),
+    ]
+    continuing = f"resume with: {folder.resume_command(*flags)}"
     try:
         return _completed(folder, console, listeners, loggers)
     except Interrupted:
@@ -65,7 +65,7 @@ def complete(
     except DamagedError as error:
         raise UserError(
             f"{error}; no checkpoint of the run is whole, so it cannot continue; train it anew: "
-            f"touchdown train --config {folder.config_file}"
+            f"{folder.restart_command(*flags)}"
         ) from None
     except OSError as error:
         path = error.filename or folder.path
@@ -75,8 +75,8 @@ def complete(
             f"{continuing}"
         ) from error
     except (MemoryError, RuntimeError) as error:
-        if isinstance(error, RuntimeError) and "RESOURCE_EXHAUSTED" not in str(error):
-            raise  # JAX reports out of memory with this text
+        if not is_out_of_memory(error):
+            raise
         raise UserError(
             f"{folder.path}: out of memory ({one_line(error)[:120]}); "
             "try a smaller capacity, batch_size or hidden_sizes"
@@ -145,7 +145,7 @@ def _results(
     if config.training.stop_when_solved:
         yield Text(_how_it_was_solved(run))
     if tested:
-        note = SECTIONS_OF_THE_PAPER.get(config.preset)
+        note = DESCRIPTIONS.get(config.preset)
         yield table.evaluation_table(
             tested,
             paper=evaluations.is_lander(tested[0]),

@@ -30,7 +30,7 @@ def main(argv: Sequence[str] | None = None) -> None:
 
     args = list(sys.argv[1:] if argv is None else argv)
     if args == ["--version"]:
-        sys.stdout.write(f"touchdown {__version__}\n")
+        processes.print_out(f"touchdown {__version__}\n")
         return
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):

@@ -125,8 +125,12 @@ def _metavar_of(kind: Any) -> tuple[str, bool]:
 
 
 def _texts_below_fields(kind: type[Any]) -> dict[str, str]:
-    """The string below each field of a class."""
-    (tree,) = ast.parse(textwrap.dedent(inspect.getsource(kind))).body
+    """The string below each field of a class; none where the sources are not installed."""
+    try:
+        source = inspect.getsource(kind)
+    except OSError:
+        return {}
+    (tree,) = ast.parse(textwrap.dedent(source)).body
     body = cast(ast.ClassDef, tree).body
     return {
         item.target.id: below.value.value

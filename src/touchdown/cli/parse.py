@@ -1,7 +1,6 @@
 """Parses a command line into a verb and its settings."""
 
 import io
-import sys
 from collections.abc import Mapping, Sequence
 from contextlib import redirect_stderr
 from functools import cache
@@ -28,6 +27,7 @@ from touchdown.config import presets
 from touchdown.config.rules import usable
 from touchdown.config.sections import SECTIONS
 from touchdown.config.toml import from_values, read_toml
+from touchdown.core import processes
 from touchdown.core.errors import UserError
 from touchdown.core.names import hint, nearest
 
@@ -164,7 +164,7 @@ def _flags_of_verbs() -> Mapping[str, str]:
 
 
 def _print_help(text: str) -> NoReturn:
-    sys.stdout.write(text)
+    processes.print_out(text)
     raise SystemExit(0)
 
 

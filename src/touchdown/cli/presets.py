@@ -49,7 +49,7 @@ class Presets:
         if self.json:
             print_json(toml.to_dict(config))
             return
-        print_line(console, f"# {presets.SECTIONS_OF_THE_PAPER[self.name]}")
+        print_line(console, f"# {presets.DESCRIPTIONS[self.name]}")
         print_line(console, toml.to_toml(config))
 
 

@@ -1,11 +1,11 @@
 """Prints lines, paths and JSON without wrapping and without interpreting markup."""
 
 import json
-import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from touchdown.core import processes
 from touchdown.core.terminal import printable
 
 if TYPE_CHECKING:
@@ -28,4 +28,4 @@ def print_json(value: object) -> None:
     text = json.dumps(value, indent=2, ensure_ascii=False)
     if printable(text) != text:  # what a terminal must not get is escaped
         text = json.dumps(value, indent=2)
-    sys.stdout.write(f"{text}\n")
+    processes.print_out(f"{text}\n")

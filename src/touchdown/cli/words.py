@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from touchdown.cli.flags import Flag
 from touchdown.config.synonyms import flag_for
 from touchdown.core.errors import UserError
-from touchdown.core.names import hint, nearest
+from touchdown.core.names import nearest
 
 _LOOKS_LIKE_A_FLAG = re.compile(r"--|-[A-Za-z]")
 _SAYS_YES_OR_NO = ("true", "false", "yes", "no", "on", "off", "1", "0")
@@ -99,14 +99,14 @@ def _hint(
     others: Mapping[str, str],
 ) -> str:
     words = {word: word for word in known} | dict(former)
+    near = nearest(name, words)
     meant = flag_for(name.lstrip("-").lower(), {word[2:] for word in known})
     if meant is not None:
         return f"did you mean --{meant}?"
     elsewhere = others.get(name)
     lists = f"`touchdown {verb} --help` lists them"
-    if elsewhere is not None and nearest(name, words) is None:
+    if near is not None:
+        return f"did you mean {words[near]}?"
+    if elsewhere is not None:
         return f"it is an option of `touchdown {elsewhere}`; {lists}"
-    found = hint(name, words, lists)
-    for old, new in former.items():
-        found = found.replace(f" {old}?", f" {new}?")
-    return found
+    return lists

@@ -323,7 +323,7 @@ _TIMES = {"swift": "5 s", "pilot": "1.5 min", "ace": "5 min"}
 PRESETS: dict[str, Config] = {
     name: replace(config, preset=name) for name, (_, config) in _NAMED.items()
 }
-SECTIONS_OF_THE_PAPER = {name: text for name, (text, _) in _NAMED.items()}
+DESCRIPTIONS = {name: text for name, (text, _) in _NAMED.items()}
 
 
 def preset(name: str) -> Config:
@@ -348,7 +348,7 @@ def summary_of(name: str) -> dict[str, str]:
     config = preset(name)
     return {
         "preset": name,
-        "text": SECTIONS_OF_THE_PAPER[name],
+        "text": DESCRIPTIONS[name],
         "algorithm": config.algorithm,
         "env_id": config.env_id,
         "time": _TIMES.get(name, ""),

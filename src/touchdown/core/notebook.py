@@ -9,9 +9,11 @@ from collections.abc import Iterable
 from functools import singledispatch
 from typing import Any
 
-from rich.console import Console, RenderableType
+from rich.console import RenderableType
 from rich.terminal_theme import TerminalTheme
 from rich.theme import Theme
+
+from touchdown.core.terminal import SafeConsole
 
 _WIDTH = 100  # characters per line
 _GREY = (128, 128, 128)
@@ -42,9 +44,9 @@ def in_notebook() -> bool:
     return getattr(shell, "kernel", None) is not None
 
 
-def make_console() -> Console:
+def make_console() -> SafeConsole:
     """A console that prints to the output of the running cell."""
-    return Console(force_jupyter=True, width=_WIDTH, highlight=False)
+    return SafeConsole(force_jupyter=True, width=_WIDTH)
 
 
 class Live:
@@ -101,7 +103,7 @@ def _blank() -> dict[str, str]:
 
 def _drawn(renderable: RenderableType) -> dict[str, str]:
     """Terminal output as HTML and as plain text."""
-    page = Console(
+    page = SafeConsole(
         record=True,
         file=io.StringIO(),
         force_terminal=True,

@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
 from types import FrameType
-from typing import TextIO
+from typing import IO
 
 _STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 """Signals that ask a program to save and end: Ctrl-C, `kill`, and a terminal that was closed."""
@@ -58,12 +58,21 @@ def interrupt(_number: int) -> None:
     raise KeyboardInterrupt
 
 
-def silence(stream: TextIO) -> None:
+def silence(stream: IO[str]) -> None:
     """Send a stream's further output nowhere."""
     with suppress(OSError, ValueError):  # a stream without a file
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, stream.fileno())
         os.close(nowhere)
+
+
+def print_out(text: str) -> None:
+    """Write to standard output; nothing further if its reader has left, as `head` does."""
+    try:
+        sys.stdout.write(text)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        silence(sys.stdout)
 
 
 def leave_stopping_to_the_parent() -> None:

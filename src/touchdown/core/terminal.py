@@ -8,6 +8,8 @@ from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 from rich.text import Text
 
+from touchdown.core import processes
+
 _PIPE_WIDTH = 120  # characters; output to a file may have longer lines than a terminal
 _NOT_PRINTABLE = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f"  # control characters but tabs and line feeds
@@ -60,6 +62,15 @@ class SafeConsole(Console):
                 yield Segment(printable(segment.text), segment.style)
             else:
                 yield segment
+
+    def on_broken_pipe(self) -> None:
+        """Print nothing further: the reader of a pipe, such as `head`, may leave before the end.
+
+        The work goes on, because a run or a study is of use without its output; rich would end the
+        process.
+        """
+        self.quiet = True
+        processes.silence(self.file)
 
 
 def make_console(*, on_terminal: bool, stderr: bool = False, quiet: bool = False) -> SafeConsole:

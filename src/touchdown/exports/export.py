@@ -84,10 +84,10 @@ def write_export(
         for each, data in content.items():
             (temporary / each).write_bytes(data)
     note = ""
-    if not source.is_finished:
+    if source.resume:
         note = (
             f"run {source.name!r} is not finished: these are its best weights so far; "
-            f"finish it with: touchdown train --resume {source.name}"
+            f"finish it with: {source.resume}"
         )
     return Export(folder, tuple(folder / each for each in content), agreement, note)
 

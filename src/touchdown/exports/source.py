@@ -37,8 +37,8 @@ class Source:
     """Returns its test flights; None if it has none."""
     film: Callable[[], bytes | None]
     """Returns a GIF of a test flight; None if it has none."""
-    is_finished: bool = True
-    """Whether the run that it comes from is finished."""
+    resume: str = ""
+    """Command that finishes the run that it comes from; "" if it is finished."""
     licence: str = ""
     """Identifier of the weights' licence; "" if their owner has not chosen one."""
 
@@ -51,7 +51,8 @@ def of_run(run: Run) -> Source:
     """
     weights = runs.best_weights(run.folder)
     made = provenance.read_provenance(run.folder.provenance)
-    is_finished = run.status == "finished"
+    trust = ["--trust"] if run.config.own_code else []
+    resume = "" if run.status == "finished" else run.folder.resume_command(*trust)
     return Source(
         run.name,
         weights,
@@ -59,7 +60,7 @@ def of_run(run: Run) -> Source:
         made,
         evaluate=lambda: run.evaluation,
         film=lambda: _film_of(run),
-        is_finished=is_finished,
+        resume=resume,
     )
 
 

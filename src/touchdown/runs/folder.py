@@ -1,6 +1,8 @@
 """A run's folder: the paths of its files, its name, and how to find it."""
 
 import fcntl
+import shlex
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO
@@ -30,6 +32,27 @@ class RunFolder:
     def name(self) -> str:
         """The run's name, as it is shown: a folder may be named with bytes that are no text."""
         return printable(self.path.name)
+
+    def resume_command(self, *flags: str) -> str:
+        """The command that continues the run, quoted for a shell.
+
+        Args:
+            flags: further words, such as `--trust`.
+        """
+        return self._command(["--resume", self.name], flags)
+
+    def restart_command(self, *flags: str) -> str:
+        """The command that trains another run with the same settings, quoted for a shell.
+
+        Args:
+            flags: further words, such as `--trust`.
+        """
+        return self._command(["--config", str(self.config_file)], flags)
+
+    def _command(self, words: Sequence[str], flags: Sequence[str]) -> str:
+        where = self.path.parent
+        place = [] if where == DEFAULT_RUNS else ["--runs-dir", str(where)]
+        return shlex.join(["touchdown", "train", *words, *place, *flags])
 
     @property
     def config_file(self) -> Path:

@@ -101,12 +101,12 @@ def best_weights(folder: RunFolder) -> Path:
     if not folder.best.is_file():
         if folder.evaluation.is_file():
             raise UserError(
-                f"{folder.best}: missing from a finished run; restore it from a copy, or select it "
-                f"from the checkpoints again with: touchdown train --resume {folder.name}"
+                f"{folder.best}: missing from a finished run; restore it from a copy, or choose it "
+                f"again among its checkpoints with: touchdown train --resume {folder.name}"
             )
         raise UserError(
             f"run {folder.name!r}: has no weights before its first validation; "
-            f"resume it with: touchdown train --resume {folder.name}"
+            f"resume it with: {folder.resume_command()}"
         )
     return folder.best
 

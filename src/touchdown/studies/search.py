@@ -1,9 +1,10 @@
 """Searches hyper-parameters with Optuna: several seeds per trial, pruned by the median."""
 
 import dataclasses
+import re
 import warnings
 from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -27,7 +28,8 @@ from touchdown.studies.work import TrainJob
 
 _STARTUP = 5  # trials before median pruning begins
 _PATIENCE = 60.0  # seconds to wait for a SQLite file that another process has locked
-_OF_STORAGES = (optuna.exceptions.OptunaError, sqlalchemy.exc.SQLAlchemyError, ImportError)
+_OF_STORAGES = (optuna.exceptions.OptunaError, sqlalchemy.exc.SQLAlchemyError)
+_OF_URLS = (ValueError, TypeError)  # what a driver raises for an option that it cannot read
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,18 +123,23 @@ def open_study(url: str, name: str, seed: int) -> optuna.Study:
             this process ends.
     """
     optuna.logging.set_verbosity(optuna.logging.ERROR)
+    parts = _parsed(url)
+    is_sqlite = parts.get_backend_name() == "sqlite"
+    if is_sqlite and parts.database in (None, "", ":memory:"):
+        raise UserError(
+            f"storage = {_shown(parts)!r}: must name a file, such as sqlite:///search.sqlite3, "
+            "because a database in memory is lost at the end"
+        )
+    # another process may hold SQLite's lock for a while
+    wait = {"timeout": _PATIENCE} if is_sqlite else {}
     with storage_errors(url):
-        parts = sqlalchemy.make_url(url)
-        if parts.get_backend_name() == "sqlite" and parts.database in (None, "", ":memory:"):
-            raise UserError(
-                f"storage = {url!r}: must name a file, such as sqlite:///search.sqlite3, because "
-                "a database in memory is lost at the end"
-            )
-        # another process may hold SQLite's lock for a while
-        wait = {"timeout": _PATIENCE} if parts.get_backend_name() == "sqlite" else {}
+        try:
+            storage = optuna.storages.RDBStorage(url, engine_kwargs={"connect_args": wait})
+        except (ImportError, *_OF_URLS) as error:
+            raise _refusal(parts, error) from None
         return optuna.create_study(
             study_name=name,
-            storage=optuna.storages.RDBStorage(url, engine_kwargs={"connect_args": wait}),
+            storage=storage,
             load_if_exists=True,
             direction="maximize",
             sampler=optuna.samplers.TPESampler(seed=seed),
@@ -153,14 +160,34 @@ def storage_errors(url: str) -> Generator[None]:
     try:
         yield
     except _OF_STORAGES as error:
-        cause = getattr(error.__cause__, "orig", None) or error.__cause__ or error
-        shown, said = url, one_line(cause)[:200]
-        with suppress(sqlalchemy.exc.ArgumentError):
-            parts = sqlalchemy.make_url(url)
-            shown = parts.render_as_string(hide_password=True)
-            for secret in filter(None, (url, str(parts.password or ""))):
-                said = said.replace(secret, "***")
-        raise UserError(f"storage = {shown!r}: cannot be used: {said}") from None
+        raise _refusal(_parsed(url), error) from None
+
+
+def _parsed(url: str) -> sqlalchemy.URL:
+    try:
+        return sqlalchemy.make_url(url)
+    except (sqlalchemy.exc.ArgumentError, *_OF_URLS):
+        # nobody knows where in it the password is, so that neither it nor the error is shown
+        scheme = re.match(r"[A-Za-z][\w+.-]*:", url)
+        shown = f"{scheme[0] if scheme else ''}…" if url else ""
+        raise UserError(
+            f"storage = {shown!r}: cannot be used: must be a URL that SQLAlchemy can parse, such "
+            "as sqlite:///search.sqlite3 or postgresql://USER:PASSWORD@HOST/DATABASE"
+        ) from None
+
+
+def _shown(parts: sqlalchemy.URL) -> str:
+    """A URL without its password and its options, one of which may be a password."""
+    return parts.set(query={}).render_as_string(hide_password=True)
+
+
+def _refusal(parts: sqlalchemy.URL, error: BaseException) -> UserError:
+    cause = getattr(error.__cause__, "orig", None) or error.__cause__ or error
+    said = one_line(cause)
+    options = [str(value) for key, value in parts.query.items() if "pass" in key.lower()]
+    for secret in filter(None, (str(parts.password or ""), *options)):
+        said = said.replace(secret, "***")
+    return UserError(f"storage = {_shown(parts)!r}: cannot be used: {said[:200]}")
 
 
 def search(

@@ -5,6 +5,7 @@ weights. The names of the weights determine the algorithm, and their shapes the 
 activation is the algorithm's default unless `data` has another one in plain text.
 """
 
+import shlex
 from pathlib import Path
 from typing import Literal
 
@@ -87,7 +88,7 @@ def _normalised(
     if not normalised and not near:
         return policy
     how = "was trained" if normalised else "may have been trained"
-    file = str(near[0]) if near else "FILE"
+    file = shlex.quote(str(near[0])) if near else "FILE"
     raise UserError(
         f"{path}: {how} with VecNormalize: pass --vecnormalize {file}, the file that "
         "VecNormalize.save wrote (it is read, but never unpickled), or --vecnormalize none if "
