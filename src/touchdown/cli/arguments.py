@@ -45,7 +45,7 @@ VecNormalize = Annotated[
     arg(
         metavar="FILE",
         help="For a Stable-Baselines3 .zip: the file that VecNormalize.save wrote, or `none` if "
-        "observations were not normalised in training; None finds out.",
+        "observations were not normalised in training; without it, this is found out.",
     ),
 ]
 RunName = Annotated[str, arg(metavar="RUN", help="Name or folder of a run.")]
