@@ -7,7 +7,7 @@ from typing import get_args
 
 import pytest
 
-from command_line import SHORT, complaint, run
+from command_line import SHORT, complaint
 from touchdown.api import training
 from touchdown.cli import app
 from touchdown.cli.parse import parse
@@ -59,8 +59,7 @@ def test_an_interrupted_run_says_how_to_continue_and_does(tmp_path, number):
         "touchdown: stopped and saved; "
         f"resume with: touchdown train --resume stop --runs-dir {runs}"
     )
-    done = run("train", "--resume", "stop", f"--runs-dir={runs}")
-    assert done.returncode == 0, done.stderr
+    app.main(["train", "--resume", "stop", f"--runs-dir={runs}"])
     assert [row["episode"] for row in files.read_jsonl(episodes)] == list(range(1, 61))
 
 

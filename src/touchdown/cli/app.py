@@ -29,9 +29,6 @@ def main(argv: Sequence[str] | None = None) -> None:
     from touchdown.core.terminal import make_console  # noqa: PLC0415 - it loads rich
 
     args = list(sys.argv[1:] if argv is None else argv)
-    if args == ["--version"]:
-        processes.print_out(f"touchdown {__version__}\n")
-        return
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without UTF-8 still shows tables
@@ -39,6 +36,9 @@ def main(argv: Sequence[str] | None = None) -> None:
         warnings.showwarning = _show_warning
     console = make_console(on_terminal=sys.stdout.isatty(), stderr="--json" in args)
     try:
+        if args == ["--version"]:
+            processes.print_out(f"touchdown {__version__}\n")
+            return
         with processes.stopping(processes.interrupt):
             verb = parse(args)
             plugins.allow(*named_in(args))
