@@ -109,7 +109,7 @@ def _trainer(
     except DamagedError as error:
         sys.stderr.write(f"{error}; the run starts anew\n")
     with folders.lock(folder):
-        checkpoint.remove_checkpoints(folder.checkpoints)
+        checkpoint.set_aside_checkpoints(folder.checkpoints)
     return trainer()
 
 
