@@ -30,6 +30,7 @@ from touchdown.training.state import (
 
 _STATE, _STATE_SUM = "state.json", "state.sha256"
 _SET_ASIDE = "damaged-"
+_KEPT = 2  # so that another is there if the newest is damaged
 _OWN_GROUPS = ("finalists", "underway")  # in addition to the agent's
 
 
@@ -78,7 +79,7 @@ def save_checkpoint(
     progress: Progress,
     episodes: Sequence[Episode],
 ) -> Path:
-    """Write the next checkpoint, `folder/<number>/`, atomically, then remove older ones.
+    """Write the next checkpoint, `folder/<number>/`, atomically, and keep only the previous one.
 
     Raises:
         OSError: it cannot be written; the previous checkpoint is kept.
@@ -128,9 +129,8 @@ def save_checkpoint(
         (temporary / _STATE_SUM).write_text(line, "utf-8")
 
     files.write_folder_atomic(path, write)
-    for older in _checkpoints(folder):
-        if older != path:
-            shutil.rmtree(older)
+    for older in sorted(_checkpoints(folder))[:-_KEPT]:
+        shutil.rmtree(older)
     return path
 
 
