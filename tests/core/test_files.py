@@ -199,11 +199,13 @@ def test_a_pipe_passes_the_bytes_on_and_one_without_a_reader_is_refused(tmp_path
     assert pipe.is_fifo()
 
 
-@pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="Linux names open files there")
-def test_an_open_file_is_written_where_it_stands(tmp_path: Path):
+@pytest.mark.parametrize("names", ["/proc/self/fd", "/dev/fd"])
+def test_an_open_file_is_written_where_it_stands(tmp_path: Path, names: str):
+    if not Path(names).is_dir():
+        pytest.skip("this system does not name open files there")
     with (tmp_path / "printed").open("w+b", buffering=0) as printed:
         printed.write(b"before ")
-        (tmp_path / "stdout").symlink_to(f"/proc/self/fd/{printed.fileno()}")
+        (tmp_path / "stdout").symlink_to(f"{names}/{printed.fileno()}")
         files.write_atomic(tmp_path / "stdout", "the file ")
         printed.write(b"after")
         printed.seek(0)
@@ -223,6 +225,52 @@ def test_a_private_file_stays_private_and_a_long_name_has_room(tmp_path: Path):
     path.chmod(0o600)
     files.write_atomic(path, "second")
     assert path.stat().st_mode & 0o777 == 0o600
+
+
+def test_a_private_file_is_private_while_it_is_written_and_a_read_only_one_is_replaced(
+    tmp_path: Path,
+):
+    path = tmp_path / "a"
+    path.write_text("old")
+    for mode in (0o600, 0o400):
+        path.chmod(mode)
+        seen: list[int] = []
+
+        def write(temporary: Path, seen: list[int] = seen) -> None:
+            seen.append(temporary.stat().st_mode & 0o777)
+            temporary.write_text("new")
+
+        files.write_through(path, write)
+        assert (seen, path.stat().st_mode & 0o777) == ([0o600], mode)
+
+
+def test_a_file_of_a_run_replaces_a_link_and_a_pipe_that_are_in_its_place(tmp_path: Path):
+    (tmp_path / "thesis").write_text("mine")
+    (tmp_path / "curve.png").symlink_to("thesis")
+    os.mkfifo(tmp_path / "flight.gif")
+    for name in ("curve.png", "flight.gif"):
+        files.write_atomic(tmp_path / name, "picture", follow=False)
+        assert (tmp_path / name).read_text() == "picture"
+        assert not (tmp_path / name).is_symlink()
+    assert (tmp_path / "thesis").read_text() == "mine"
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(IsADirectoryError):
+        files.write_atomic(tmp_path / "folder", "x", follow=False)
+
+
+def test_a_folder_whose_names_may_not_be_read_takes_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    opened = os.open
+
+    def refuse(path: Path, *rest: Any) -> int:
+        if path == tmp_path:
+            raise PermissionError(errno.EACCES, "Permission denied")
+        return opened(path, *rest)
+
+    monkeypatch.setattr(files.os, "open", refuse)
+    files.write_atomic(tmp_path / "a", "written")
+    assert (tmp_path / "a").read_text() == "written"
 
 
 # --- safetensors ---

@@ -1,3 +1,4 @@
+import errno
 import os
 import socket
 import tracemalloc
@@ -7,7 +8,7 @@ import pytest
 
 from touchdown.config import toml
 from touchdown.core import files, reading, records
-from touchdown.core.errors import UserError
+from touchdown.core.errors import UnreadableError, UserError
 
 
 def refusal(path: Path, most: int | None = 10) -> str:
@@ -55,7 +56,6 @@ def test_what_is_no_regular_file_is_refused_at_once_and_so_is_a_link_to_it(irreg
         assert refusal(each, None) == f"{each}: {said}"
         for read in (
             lambda path: reading.check_regular(path, 10),
-            reading.check_appendable,
             lambda path: records.decode_json(path, dict),
             lambda path: records.decode_jsonl(path, dict),
             files.read_tensors,
@@ -63,6 +63,46 @@ def test_what_is_no_regular_file_is_refused_at_once_and_so_is_a_link_to_it(irreg
         ):
             with pytest.raises(UserError, match=said):
                 read(each)
+
+
+def test_what_is_no_regular_file_is_not_appended_to_and_neither_is_the_end_of_a_link(
+    irregular, tmp_path
+):
+    path, said = irregular
+    (tmp_path / "mine").write_bytes(b"thesis")
+    (tmp_path / "link").symlink_to("mine")
+    (tmp_path / "to nothing").symlink_to("new")
+    said = said.removeprefix("cannot be read: ")
+    for each, why in (
+        (path, said),
+        (tmp_path / "link", "is a symbolic link, must be a regular file"),
+        (tmp_path / "to nothing", "is a symbolic link, must be a regular file"),
+    ):
+        with pytest.raises((UserError, IsADirectoryError), match=why):
+            reading.open_appendable(each)
+    with pytest.raises(UnreadableError, match="link: is a symbolic link"):
+        reading.read_bytes(tmp_path / "link", follow=False)
+    assert (tmp_path / "mine").read_bytes() == b"thesis"
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_file_is_read_and_appended_to_and_made_where_there_is_none(tmp_path):
+    for line in (b"one\n", b"two\n"):
+        with reading.open_appendable(tmp_path / "lines") as file:
+            file.seek(0)
+            file.write(line)
+    assert reading.read_bytes(tmp_path / "lines", follow=False) == b"one\ntwo\n"
+
+
+@pytest.mark.parametrize("number", [errno.EIO, errno.EMFILE, errno.EACCES])
+def test_what_the_system_refuses_to_read_is_not_taken_for_missing(tmp_path, monkeypatch, number):
+    def refuse(*_: object) -> int:
+        raise OSError(number, os.strerror(number))
+
+    (tmp_path / "a").write_bytes(b"whole")
+    monkeypatch.setattr(reading.os, "open", refuse)
+    with pytest.raises(UnreadableError, match=f"a: cannot be read: {os.strerror(number)}"):
+        reading.read_bytes(tmp_path / "a")
 
 
 def test_a_pipe_that_takes_the_place_of_a_file_does_not_block(tmp_path, monkeypatch):
@@ -78,8 +118,6 @@ def test_a_link_to_a_file_is_read(tmp_path):
     (tmp_path / "link").symlink_to("file")
     assert reading.read_bytes(tmp_path / "link", 4) == b"four"
     assert reading.check_regular(tmp_path / "link", 4) == 4
-    reading.check_appendable(tmp_path / "link")
-    reading.check_appendable(tmp_path / "none yet")
 
 
 def test_a_size_is_not_trusted():

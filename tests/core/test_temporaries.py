@@ -59,6 +59,20 @@ def test_a_writer_at_work_keeps_its_file_and_its_folder(tmp_path):
     assert (tmp_path / "a" / "c").read_text() == "c"
 
 
+def test_a_link_at_the_name_of_a_temporary_file_is_not_followed(tmp_path, monkeypatch):
+    (tmp_path / "thesis").write_text("mine")
+    names = iter(["taken", "taken", "free", "taken", "open"])
+    monkeypatch.setattr(temporaries.secrets, "token_hex", lambda _: next(names))
+    monkeypatch.setattr(temporaries, "remove_temporaries", lambda _: None)
+    for name in (".a.0-taken.tmp", ".f.0-taken.tmp"):
+        (tmp_path / name).symlink_to("thesis")
+    monkeypatch.setattr(temporaries.os, "getpid", lambda: 0)
+    files.write_atomic(tmp_path / "a", "new")
+    files.write_folder_atomic(tmp_path / "f", lambda at: (at / "b").write_text("new"))
+    assert (tmp_path / "thesis").read_text() == "mine"
+    assert (tmp_path / "a").read_text() == (tmp_path / "f" / "b").read_text() == "new"
+
+
 def test_two_writers_of_one_file_do_not_meet(tmp_path):
     path = tmp_path / "a"
     files.write_through(path, lambda at: (at.write_text("outer"), files.write_atomic(path, "in")))

@@ -11,11 +11,13 @@ from touchdown.config.presets import preset
 from touchdown.config.sections import NetworkConfig
 from touchdown.core.errors import Interrupted
 from touchdown.core.types import Spaces
-from touchdown.envs.flight import load_flights
+from touchdown.envs.flight import load_flights, save_flights
 from touchdown.envs.recorder import record_flight
-from touchdown.evaluation.evaluation import median_start
+from touchdown.evaluation.evaluation import median_start, write_evaluations
 from touchdown.evaluation.evaluator import Evaluator
-from touchdown.evaluation.paths import load_paths
+from touchdown.evaluation.paths import load_paths, save_paths
+from touchdown.figures import style
+from touchdown.policies.facts import WeightsFacts
 from touchdown.policies.lookup import load
 from touchdown.runs import folder as folders
 from touchdown.runs.run import Run
@@ -125,3 +127,20 @@ def test_an_evaluators_observer_sees_every_observation_of_every_episode():
         assert len(seen[place]) == result.steps + 1
         flight = record_flight(pid.policy, pid.env_id, starts[place], "x")
         assert_array_equal(seen[place], flight.observations)
+
+
+@pytest.mark.parametrize(
+    "write",
+    [
+        lambda path: save_flights(path, []),
+        lambda path: save_paths(path, {}),
+        lambda path: write_evaluations(path, [], WeightsFacts()),
+        lambda path: style.save(style.new_figure(1, 1), path, follow=False),
+    ],
+)
+def test_a_runs_own_files_replace_links(tmp_path, write):
+    (tmp_path / "thesis").write_text("mine")
+    (tmp_path / "own.png").symlink_to("thesis")
+    write(tmp_path / "own.png")
+    assert (tmp_path / "thesis").read_text() == "mine"
+    assert not (tmp_path / "own.png").is_symlink()

@@ -3,7 +3,8 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 
 from touchdown.core import files
 from touchdown.core.errors import UserError
-from touchdown.training.loggers import JsonLinesLogger, TensorBoardLogger
+from touchdown.runs.folder import RunFolder
+from touchdown.training.loggers import JsonLinesLogger, Recorder, TensorBoardLogger
 
 
 def test_json_lines_have_the_step_and_the_scalars_and_are_appended(tmp_path):
@@ -44,3 +45,16 @@ def test_a_tensorboard_logger_that_is_told_nothing_writes_nothing(tmp_path):
     logger.flush()
     logger.close()
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["episodes.jsonl", "validations.jsonl", "events.out.tfevents.1.x"])
+def test_a_record_that_is_a_link_is_refused_and_what_it_leads_to_stays(tmp_path, name):
+    thesis, run = tmp_path / "thesis", RunFolder(tmp_path / "run")
+    thesis.write_text("mine")
+    run.path.mkdir()
+    run.updates.write_text("{}\n")
+    (run.path / name).symlink_to(thesis)
+    with pytest.raises(UserError, match=f"{name}: is a symbolic link, must be a regular file"):
+        Recorder(run, {name: 0})
+    assert thesis.read_text() == "mine"
+    assert run.updates.read_text() == "{}\n"

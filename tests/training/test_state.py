@@ -1,3 +1,5 @@
+import errno
+import os
 import shutil
 from hashlib import sha256
 
@@ -8,7 +10,8 @@ from checkpoints import read_state, write_state
 from single_changes import is_refused_in_a_line, single_changes
 from touchdown.agents.registry import make_agent
 from touchdown.config.presets import preset
-from touchdown.core.errors import UserError
+from touchdown.core import reading
+from touchdown.core.errors import UnreadableError, UserError
 from touchdown.core.seeding import streams
 from touchdown.envs import environment
 from touchdown.envs.episodes import Episode
@@ -16,10 +19,10 @@ from touchdown.training.checkpoint import (
     Candidate,
     DamagedError,
     Progress,
-    remove_checkpoints,
     restore_checkpoint,
     restore_newest,
     save_checkpoint,
+    set_aside_checkpoints,
 )
 from touchdown.training.loggers import Saved
 from touchdown.training.state import GeneratorState, Solved
@@ -126,8 +129,57 @@ def test_the_newest_checkpoint_that_is_whole_is_taken(saved):
     (saved.parent.parent / "episodes.jsonl").write_bytes(b"")
     with pytest.raises(DamagedError, match="00000002/finalists"):
         newest(saved)
-    remove_checkpoints(saved.parent)
-    assert newest(saved) is None
+    for _ in range(2):
+        shutil.copytree(saved.parent, where := saved.parent.with_name("again"), dirs_exist_ok=True)
+        set_aside_checkpoints(saved.parent)
+        assert newest(saved) is None
+        shutil.copytree(where / saved.name, saved)
+    names = [f"damaged-0000000{number}" for number in (0, 1, 2)]
+    found = sorted(path.name for path in saved.parent.iterdir())
+    assert found == [saved.name, names[0], f"{names[0]}-2", *names[1:]]
+
+
+@pytest.mark.parametrize("name", ["state.json", "state.sha256", "learner.safetensors", *RECORDS])
+def test_what_cannot_be_read_for_now_is_not_damage(saved, name, monkeypatch):
+    opened = os.open
+
+    def refuse(path, *rest):
+        if str(path).endswith(name):
+            raise OSError(errno.EMFILE, "Too many open files")
+        return opened(path, *rest)
+
+    monkeypatch.setattr(reading.os, "open", refuse)
+    with pytest.raises(UnreadableError, match=f"{name}: cannot be read: Too many open files"):
+        newest(saved)
+
+
+def test_a_folder_of_checkpoints_that_cannot_be_read_is_not_taken_for_empty(saved, monkeypatch):
+    def refuse(_):
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(os, "scandir", refuse)
+    with pytest.raises(UnreadableError, match="checkpoints: cannot be read: Permission denied"):
+        newest(saved)
+
+
+@pytest.mark.parametrize("name", ["state.json", "state.sha256"])
+def test_a_pipe_in_a_checkpoint_is_refused_and_does_not_block(saved, name):
+    (saved / name).unlink()
+    os.mkfifo(saved / name)
+    with pytest.raises(UnreadableError, match=f"{name}: is a named pipe"):
+        newest(saved)
+
+
+def test_links_to_folders_that_are_not_the_runs_are_refused(saved, tmp_path):
+    (tmp_path / "photos" / "2023").mkdir(parents=True)
+    (saved.parent / "00000007").symlink_to(tmp_path / "photos" / "2023")
+    with pytest.raises(UnreadableError, match="00000007: is a symbolic link"):
+        newest(saved)
+    saved.parent.rename(tmp_path / "before")
+    (tmp_path / "checkpoints").symlink_to(tmp_path / "photos")
+    with pytest.raises(UnreadableError, match="checkpoints: is a symbolic link"):
+        newest(saved)
+    assert (tmp_path / "photos" / "2023").is_dir()
 
 
 @pytest.mark.parametrize(

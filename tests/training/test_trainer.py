@@ -2,6 +2,7 @@ import hashlib
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -316,12 +317,32 @@ def test_a_full_disk_leaves_the_last_checkpoint_whole(finished, tmp_path, monkey
     assert_same_run(finished, folder)
 
 
+def test_a_run_goes_on_from_the_checkpoint_before_a_damaged_one(finished, tmp_path):
+    folder = folders.create(tmp_path, small_config(), "cut")
+    with pytest.raises(Interrupted):
+        train(folder, after(8))
+    names = sorted(path.name for path in folder.checkpoints.glob("0*"))
+    assert len(names) == 2
+    (folder.checkpoints / names[1] / "memory.safetensors").write_bytes(b"")
+    train(folder)
+    assert_same_run(finished, folder)
+
+
+def only_checkpoint(folder: RunFolder) -> Path:
+    """The newest checkpoint, after the others are removed."""
+    newest = newest_checkpoint(folder.checkpoints)
+    for path in folder.checkpoints.glob("0*"):
+        if path != newest:
+            shutil.rmtree(path)
+    return newest
+
+
 @pytest.mark.parametrize("name", ["learner", "memory", "acting", "finalists", "underway"])
 def test_a_cut_off_checkpoint_is_refused_in_one_line(tmp_path, name):
     folder = folders.create(tmp_path, small_config(), "cut")
     with pytest.raises(Interrupted):
         train(folder, after(8))
-    path = newest_checkpoint(folder.checkpoints) / f"{name}.safetensors"
+    path = only_checkpoint(folder) / f"{name}.safetensors"
     path.write_bytes(path.read_bytes()[:-7])
     before = folder.episodes.read_bytes()
     with pytest.raises(
@@ -336,7 +357,7 @@ def test_an_altered_checkpoint_is_refused(tmp_path):
     folder = folders.create(tmp_path, small_config(), "altered")
     with pytest.raises(Interrupted):
         train(folder, after(3))
-    path = newest_checkpoint(folder.checkpoints) / "memory.safetensors"
+    path = only_checkpoint(folder) / "memory.safetensors"
     data = bytearray(path.read_bytes())
     data[-1] ^= 1
     path.write_bytes(data)

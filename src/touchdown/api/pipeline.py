@@ -192,7 +192,7 @@ def _draw(
     on_picture()
     for film in (GIF, MP4):
         if recorded is not None:
-            films.write_video(recorded.median, run.path / film)
+            films.write_video(recorded.median, run.path / film, follow=False)
         on_picture()
 
 

@@ -18,6 +18,13 @@ class UserError(Exception):
     """
 
 
+class UnreadableError(UserError):
+    """A file that cannot be read, though what was written may be whole.
+
+    The system refuses it for now, or something that is not a regular file is in its place.
+    """
+
+
 class Interrupted(Exception):  # noqa: N818 - not an error: the run was saved as asked
     """The user asked to stop; unfinished work was saved."""
 

@@ -1,13 +1,15 @@
 """Writes files so that they are always complete, and reads files that may be damaged."""
 
 import errno
+import fcntl
 import hashlib
 import json
 import os
 import shutil
+import stat
 import tempfile
 from collections.abc import Callable, Generator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -20,41 +22,49 @@ from touchdown.core.errors import UserError, one_line
 from touchdown.core.types import Tensors
 
 
-def write_atomic(path: Path, data: bytes | str) -> None:
+def write_atomic(path: Path, data: bytes | str, *, follow: bool = True) -> None:
     """Write a file completely or not at all; see `write_through`.
+
+    Args:
+        path: the file.
+        data: its content.
+        follow: whether a symbolic link is followed.
 
     Raises:
         OSError: the folder is not writable or the disk is full; the previous file is kept.
     """
-    write_through(path, lambda temporary: temporary.write_bytes(_encoded(data)))
+    write_through(path, lambda temporary: temporary.write_bytes(_encoded(data)), follow=follow)
 
 
-def write_through(path: Path, write: Callable[[Path], object]) -> None:
+def write_through(path: Path, write: Callable[[Path], object], *, follow: bool = True) -> None:
     """Call `write` for a file with a temporary name, flush it to the disk and rename it.
 
-    A symbolic link is followed: its target is replaced, and the link stays. A device, a pipe or
-    an open file of this process, such as `/dev/stdout`, is written into.
+    A path that the user names may be a symbolic link: its target is replaced, and the link stays.
+    Or it is a device, a pipe or an open file of this process, such as `/dev/stdout`, which is
+    written into. A file of a run's folder, which may come from anywhere, replaces what is there.
 
     Args:
         path: the file.
         write: writes a file of the given path. Its name has the suffix of `path`, because picture
             writers depend on it.
+        follow: False for a file of a run's folder.
 
     Raises:
         OSError: the file cannot be written; the previous one is kept.
     """
-    target = _followed(path)
-    if _takes_a_stream(target):
+    target = _followed(path) if follow else path
+    if follow and _takes_a_stream(target):
         with tempfile.TemporaryDirectory() as folder:
             temporary = Path(folder) / f"stream{path.suffix}"
             write(temporary)
             _pour(temporary, target)
         return
     temporaries.remove_temporaries([target.parent])
-    with temporaries.temporary_file(target) as temporary:
+    mode = _mode_of(target)  # a private file stays private, even while it is written
+    with temporaries.temporary_file(target, mode) as temporary:
         write(temporary)
-        if target.exists():
-            shutil.copymode(target, temporary)  # a private file stays private
+        if mode is not None:
+            temporary.chmod(mode)  # its writer may have made another file, or one that is read-only
         sync(temporary)
         temporary.replace(target)
     sync(target.parent)
@@ -130,15 +140,43 @@ def sync(path: Path) -> None:
     Raises:
         OSError: it cannot be flushed, for example because the disk is full.
     """
-    descriptor = os.open(path, os.O_RDONLY)
     try:
-        os.fsync(descriptor)
+        descriptor = os.open(path, os.O_RDONLY)
+    except PermissionError:
+        if path.is_dir():  # names may be added to a folder whose names may not be read
+            return
+        raise
+    try:
+        flush(descriptor)
     except OSError as error:
         # some network file systems cannot flush a folder
         if error.errno not in (errno.EINVAL, errno.ENOTSUP) or not path.is_dir():
             raise
     finally:
         os.close(descriptor)
+
+
+def flush(descriptor: int) -> None:
+    """Flush an open file to the disk.
+
+    Raises:
+        OSError: it cannot be flushed.
+    """
+    full: int | None = getattr(fcntl, "F_FULLFSYNC", None)
+    if full is not None:
+        with suppress(OSError):  # not on every file system
+            fcntl.fcntl(descriptor, full)  # on macOS, fsync does not empty the disk's own cache
+            return
+    os.fsync(descriptor)
+
+
+def _mode_of(path: Path) -> int | None:
+    """The permissions of a regular file; None of anything else."""
+    try:
+        mode = path.lstat().st_mode
+    except OSError:
+        return None
+    return stat.S_IMODE(mode) if stat.S_ISREG(mode) else None
 
 
 def _followed(path: Path) -> Path:
@@ -151,8 +189,9 @@ def _followed(path: Path) -> Path:
 
 
 def _open_file(path: Path) -> int | None:
-    """The descriptor that a path such as `/proc/self/fd/1` names; None of other paths."""
-    own = path.parent.resolve() == Path(f"/proc/{os.getpid()}/fd")
+    """The descriptor that `/proc/self/fd/1` or `/dev/fd/1` names; None of other paths."""
+    # /dev/fd is a link to the first on Linux, and a folder on macOS
+    own = path.parent.resolve() in (Path(f"/proc/{os.getpid()}/fd"), Path("/dev/fd"))
     return int(path.name) if own and path.name.isdecimal() else None
 
 

@@ -2,35 +2,40 @@
 
 import os
 import stat
-import sys
+from io import BufferedRandom
 from pathlib import Path
 
-from touchdown.core.errors import UserError, one_line
+from touchdown.core.errors import UnreadableError, UserError, one_line
 
 _KINDS = {
     stat.S_IFIFO: "a named pipe",
     stat.S_IFCHR: "a device",
     stat.S_IFBLK: "a device",
     stat.S_IFSOCK: "a socket",
+    stat.S_IFLNK: "a symbolic link",
 }
 # a pipe that takes the file's place after the first check does not block, nor does a terminal
 # become the controlling one
-_FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
+_FLAGS = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
+_NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 
 
-def read_bytes(path: Path, most: int | None = None) -> bytes:
+def read_bytes(path: Path, most: int | None = None, *, follow: bool = True) -> bytes:
     """The bytes of a regular file, or of one that a link leads to.
 
     Args:
         path: the file.
         most: largest number of bytes; None accepts any size.
+        follow: whether a link may lead to the file.
 
     Raises:
-        UserError: it is missing, not a regular file, or has more bytes.
+        UnreadableError: it is not a regular file, or is there and cannot be read.
+        UserError: it is missing, or has more bytes.
     """
+    flags = os.O_RDONLY | _FLAGS | (0 if follow else _NO_LINK)
     try:
-        size = _size_of_regular(path, path.stat())
-        with os.fdopen(os.open(path, _FLAGS), "rb") as file:
+        size = _size_of_regular(path, path.stat() if follow else path.lstat())
+        with os.fdopen(os.open(path, flags), "rb") as file:
             size = _size_of_regular(path, os.fstat(file.fileno()))
             if most is not None and size > most:
                 raise UserError(f"{path}: has {size} bytes, must be at most {most}")
@@ -38,8 +43,10 @@ def read_bytes(path: Path, most: int | None = None) -> bytes:
             data = file.read(size + 1 if most is None else min(size, most) + 1)
             if len(data) > size:
                 data += file.read(-1 if most is None else most + 1 - len(data))
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the path
+    except (FileNotFoundError, ValueError) as error:  # ValueError: a NUL in the path
         raise UserError(f"{path}: cannot be read: {one_line(error)}") from None
+    except OSError as error:
+        raise UnreadableError(f"{path}: cannot be read: {one_line(error)}") from None
     if most is not None and len(data) > most:
         raise UserError(f"{path}: has more than {most} bytes, must be at most {most}")
     return data
@@ -64,14 +71,25 @@ def check_regular(path: Path, most: int) -> int:
     return size
 
 
-def check_appendable(path: Path) -> None:
-    """Check that a file of another program's folder can be opened to append: a pipe would block.
+def open_appendable(path: Path) -> BufferedRandom:
+    """Open a file of a folder from anywhere, to read and to append; create it if it is missing.
+
+    A pipe would block, and a link would lead to a file outside the folder.
 
     Raises:
-        UserError: it exists and is not a regular file.
+        OSError: it cannot be opened.
+        UserError: there is something that is not a regular file.
     """
-    if path.exists():
-        check_regular(path, sys.maxsize)
+    if os.path.lexists(path):
+        _size_of_regular(path, path.lstat())
+    flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | _FLAGS | _NO_LINK
+    file = os.fdopen(os.open(path, flags, 0o666), "a+b")
+    try:
+        _size_of_regular(path, os.fstat(file.fileno()))
+    except BaseException:
+        file.close()
+        raise
+    return file
 
 
 def read_text(path: Path, most: int) -> str:
@@ -91,5 +109,5 @@ def _size_of_regular(path: Path, facts: os.stat_result) -> int:
         raise IsADirectoryError("Is a directory")
     if not stat.S_ISREG(facts.st_mode):
         kind = _KINDS.get(stat.S_IFMT(facts.st_mode), "something else")
-        raise UserError(f"{path}: is {kind}, must be a regular file")
+        raise UnreadableError(f"{path}: is {kind}, must be a regular file")
     return facts.st_size

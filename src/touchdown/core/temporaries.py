@@ -5,27 +5,38 @@ folder removes what is not locked.
 """
 
 import fcntl
-import itertools
 import os
 import re
+import secrets
 import shutil
 from collections.abc import Callable, Generator, Iterable
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-_TEMPORARY = re.compile(r"\..*\.\d+(-\d+)?\.tmp(\..*)?", re.DOTALL)
-_counter = itertools.count()  # one writer of a process may write while another one does
+_TEMPORARY = re.compile(r"\..*\.\d+(-[0-9a-f]+)?\.tmp(\..*)?", re.DOTALL)
 
 
 @contextmanager
-def temporary_file(path: Path) -> Generator[Path]:
+def temporary_file(path: Path, mode: int | None = None) -> Generator[Path]:
     """An empty file beside a path, with the same suffix, which the block writes and renames.
+
+    Args:
+        path: the path.
+        mode: permissions of the file, to which the right to write it is added; None uses those of
+            new files.
 
     Raises:
         OSError: it cannot be created.
     """
-    temporary = _temporary_name(path, path.stem, path.suffix)
-    lock = _locked(temporary, lambda: os.open(temporary, os.O_CREAT | os.O_RDWR, 0o666))
+
+    def create(temporary: Path) -> int:
+        flags = os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_RDWR
+        descriptor = os.open(temporary, flags, 0o666 if mode is None else 0o600)
+        if mode is not None:
+            os.fchmod(descriptor, mode | 0o600)
+        return descriptor
+
+    temporary, lock = _locked(path, path.stem, path.suffix, create)
     try:
         yield temporary
     finally:
@@ -40,13 +51,12 @@ def temporary_folder(path: Path) -> Generator[Path]:
     Raises:
         OSError: it cannot be created.
     """
-    temporary = _temporary_name(path, path.name, "")
 
-    def create() -> int:
-        temporary.mkdir(exist_ok=True)
-        return os.open(temporary, os.O_RDONLY)
+    def create(temporary: Path) -> int:
+        temporary.mkdir()
+        return os.open(temporary, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
 
-    lock = _locked(temporary, create)
+    temporary, lock = _locked(path, path.name, "", create)
     try:
         yield temporary
     finally:
@@ -71,19 +81,25 @@ def is_temporary(path: Path) -> bool:
     return _TEMPORARY.fullmatch(path.name) is not None
 
 
-def _temporary_name(path: Path, stem: str, suffix: str) -> Path:
-    # shortened, because the name of a file may have no more than 255 bytes
-    return path.with_name(f".{stem[:40]}.{os.getpid()}-{next(_counter)}.tmp{suffix}")
+def _locked(path: Path, stem: str, suffix: str, create: Callable[[Path], int]) -> tuple[Path, int]:
+    """Create something beside a path and lock it, as a sign that its writer lives.
 
-
-def _locked(temporary: Path, create: Callable[[], int]) -> int:
-    """Create something and lock it, as a sign that its writer lives; return its descriptor."""
+    Returns:
+        Its path, which nobody can guess and prepare a link at, and its descriptor.
+    """
     while True:
-        descriptor = create()
+        # shortened, because the name of a file may have no more than 255 bytes
+        name = f".{stem[:40]}.{os.getpid()}-{secrets.token_hex(4)}.tmp{suffix}"
+        temporary = path.with_name(name)
+        try:
+            descriptor = create(temporary)
+        except FileExistsError:
+            continue
         with suppress(OSError):  # a file system without locks, where nothing is removed
             fcntl.flock(descriptor, fcntl.LOCK_EX)
-        if temporary.exists() and os.path.samestat(os.fstat(descriptor), temporary.stat()):
-            return descriptor
+        with suppress(FileNotFoundError):
+            if os.path.samestat(os.fstat(descriptor), temporary.lstat()):
+                return temporary, descriptor
         os.close(descriptor)  # another process removed it before the lock
 
 

@@ -130,7 +130,7 @@ def save_flights(path: Path, flights: Sequence[Flight]) -> None:
         "flights": json.dumps(msgspec.to_builtins(facts)),
     }
     with files.refusing(str(path)):
-        files.write_atomic(path, files.to_safetensors(tensors, metadata))
+        files.write_atomic(path, files.to_safetensors(tensors, metadata), follow=False)
 
 
 def load_flights(path: Path) -> list[Flight]:

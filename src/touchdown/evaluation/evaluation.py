@@ -129,7 +129,7 @@ def write_evaluations(path: Path, evaluations: Sequence[Evaluation], chosen: Wei
         "checkpoint": chosen,
         "pilots": [evaluation.to_json() for evaluation in evaluations],
     }
-    files.write_atomic(path, files.to_json(content))
+    files.write_atomic(path, files.to_json(content), follow=False)
 
 
 def read_evaluations(path: Path) -> list[Evaluation]:

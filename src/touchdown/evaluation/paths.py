@@ -57,7 +57,7 @@ def save_paths(path: Path, paths: FlightPaths) -> None:
     tensors = {str(start): points for start, points in paths.items()}
     metadata = {"format_version": str(FORMAT_VERSION), "starts": json.dumps(list(paths))}
     with files.refusing(str(path)):
-        files.write_atomic(path, files.to_safetensors(tensors, metadata))
+        files.write_atomic(path, files.to_safetensors(tensors, metadata), follow=False)
 
 
 def load_paths(path: Path) -> FlightPaths:

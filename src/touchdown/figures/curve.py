@@ -121,7 +121,7 @@ def save_learning_curve(
     bottom.xaxis.set_major_formatter(EngFormatter(sep=""))
     bottom.set_xlim(left=0)
     style.title(figure, title)
-    style.save(figure, path)
+    style.save(figure, path, follow=False)
 
 
 def _column(rows: Rows, name: str) -> FloatArray:

@@ -83,7 +83,7 @@ def save_flights(path: Path, groups: Mapping[str, Sequence[Flight]], title: str)
     figure = style.new_figure(8.4, 6.4)
     flights_overlay(figure.subplots(), groups)
     style.title(figure, title)
-    style.save(figure, path)
+    style.save(figure, path, follow=False)
 
 
 def _terrain(flight: Flight) -> Terrain:

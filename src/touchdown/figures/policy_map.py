@@ -131,7 +131,7 @@ def save_policy(path: FilePath, grid: GridWorld, q: FloatArray, title: str) -> N
     figure = style.new_figure(cell * across + 1.0, cell * down + 0.55)
     draw_policy(figure.subplots(), grid, q)
     style.title(figure, title)
-    style.save(figure, path)
+    style.save(figure, path, follow=False)
 
 
 def draw_path(ax: Axes, cells: Sequence[Cell], colour: str, label: str) -> Axes:

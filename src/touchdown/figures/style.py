@@ -80,12 +80,18 @@ def title(figure: Figure, text: str) -> None:
     figure.suptitle(text, x=0.012, ha="left", color=INK, fontsize=12, fontweight="bold")
 
 
-def save(figure: Figure, path: Path, *others: Path) -> None:
+def save(figure: Figure, path: Path, *others: Path, follow: bool = True) -> None:
     """Write a figure in the format of each path's suffix, completely or not at all, and clear it.
 
     The same figure gives the same bytes, as the file has no date and no random ids. All text is
     drawn as it is: a name from anywhere may contain dollar signs or control characters, which
     would otherwise begin a formula or break an SVG.
+
+    Args:
+        figure: the figure.
+        path: the file.
+        others: files of the same figure.
+        follow: False for a file of a run's folder, see `files.write_through`.
 
     Raises:
         UserError: a file cannot be written.
@@ -102,7 +108,8 @@ def save(figure: Figure, path: Path, *others: Path) -> None:
             for each in (path, *others):
                 metadata = {"Date": None} if each.suffix == ".svg" else None
                 with files.refusing(str(each)):
-                    files.write_through(each, functools.partial(figure.savefig, metadata=metadata))
+                    write = functools.partial(figure.savefig, metadata=metadata)
+                    files.write_through(each, write, follow=follow)
     finally:
         figure.clear()
 

@@ -74,7 +74,7 @@ def save_weights(
         "seed": str(config.seed),
         "facts": json.dumps(msgspec.to_builtins(facts)),
     }
-    files.write_atomic(path, files.to_safetensors(weights, metadata))
+    files.write_atomic(path, files.to_safetensors(weights, metadata), follow=False)
 
 
 class Weights(NamedTuple):

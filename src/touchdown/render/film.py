@@ -56,7 +56,7 @@ def check_video_path(path: Path) -> None:
         raise UserError(f"{path}: cannot be written: folder {str(path.parent)!r} is read-only")
 
 
-def write_video(flights: Flight | Sequence[Flight], path: Path) -> None:
+def write_video(flights: Flight | Sequence[Flight], path: Path, *, follow: bool = True) -> None:
     """Write flights, one after the other, as a film in real time.
 
     A film of more than ten minutes is sped up.
@@ -64,19 +64,25 @@ def write_video(flights: Flight | Sequence[Flight], path: Path) -> None:
     Args:
         flights: one or several flights of the same environment.
         path: ends in .gif (25 pictures per second) or .mp4 (50).
+        follow: False for a file of a run's folder, see `files.write_through`.
 
     Raises:
         UserError: another suffix, or the file cannot be written.
     """
     check_video_path(path)
     if path.suffix.lower() == ".gif":
-        write_gif(flights, path)
+        write_gif(flights, path, follow=follow)
     else:
-        write_mp4(flights, path)
+        write_mp4(flights, path, follow=follow)
 
 
 def write_gif(
-    flights: Flight | Sequence[Flight], path: Path, fps: float = _GIF_FPS, scale: float = 1.0
+    flights: Flight | Sequence[Flight],
+    path: Path,
+    fps: float = _GIF_FPS,
+    scale: float = 1.0,
+    *,
+    follow: bool = True,
 ) -> None:
     """Write flights as an animated GIF that loops forever.
 
@@ -85,6 +91,7 @@ def write_gif(
         path: the file.
         fps: maximum number of pictures per second; steps in between are skipped.
         scale: 1 is 600 pixels wide; no effect on an environment that draws its own frames.
+        follow: False for a file of a run's folder, see `files.write_through`.
 
     Raises:
         UserError: the file cannot be written.
@@ -113,16 +120,19 @@ def write_gif(
             optimize=True,  # only what changes from picture to picture is stored
         )
 
-    _write(path, write)
+    _write(path, write, follow=follow)
 
 
-def write_mp4(flights: Flight | Sequence[Flight], path: Path, fps: int = _MP4_FPS) -> None:
+def write_mp4(
+    flights: Flight | Sequence[Flight], path: Path, fps: int = _MP4_FPS, *, follow: bool = True
+) -> None:
     """Write flights as an H.264 film that every browser plays.
 
     Args:
         flights: one or several flights of the same environment.
         path: the file.
         fps: maximum number of pictures per second; steps in between are skipped.
+        follow: False for a file of a run's folder, see `files.write_through`.
 
     Raises:
         UserError: the file cannot be written.
@@ -132,7 +142,7 @@ def write_mp4(flights: Flight | Sequence[Flight], path: Path, fps: int = _MP4_FP
     film = chain.from_iterable(pictures(flight, fps, _MP4_SCALE, speed) for flight in shown)
     steps_per_second = Fraction(shown[0].steps_per_second * speed).limit_denominator(1_000)
     rate = steps_per_second / _stride(shown[0], fps, speed)
-    _write(path, lambda temporary: _encode(temporary, film, rate))
+    _write(path, lambda temporary: _encode(temporary, film, rate), follow=follow)
 
 
 def pictures(
@@ -264,9 +274,9 @@ def _palette(images: Iterable[Image.Image]) -> Image.Image:
     )
 
 
-def _write(path: Path, write: Callable[[Path], object]) -> None:
+def _write(path: Path, write: Callable[[Path], object], *, follow: bool) -> None:
     with files.refusing(str(path)):
-        files.write_through(path, write)
+        files.write_through(path, write, follow=follow)
 
 
 def _encode(path: Path, film: Iterator[Picture], rate: Fraction) -> None:

@@ -5,7 +5,7 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO
+from typing import BinaryIO
 
 from touchdown.config import checks, toml
 from touchdown.config import config as configs
@@ -164,14 +164,13 @@ def create(runs_dir: Path, config: Config, name: str | None = None) -> RunFolder
                 return RunFolder(path, config)
 
 
-def lock(folder: RunFolder) -> IO[bytes]:
+def lock(folder: RunFolder) -> BinaryIO:
     """Lock a run for writing, until the returned file is closed or its process ends.
 
     Raises:
         UserError: another process is training the run, or its lock is not a regular file.
     """
-    reading.check_appendable(folder.path / "lock")
-    file = (folder.path / "lock").open("ab")
+    file = reading.open_appendable(folder.path / "lock")
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:

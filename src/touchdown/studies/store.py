@@ -135,8 +135,7 @@ def held(store: Store) -> Generator[None]:
     Raises:
         UserError: another process holds it, or it is not a regular file.
     """
-    reading.check_appendable(store.path / "lock")
-    with files.refusing(str(store.path)), (store.path / "lock").open("ab") as file:
+    with files.refusing(str(store.path)), reading.open_appendable(store.path / "lock") as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:

@@ -109,7 +109,7 @@ def _trainer(
     except DamagedError as error:
         sys.stderr.write(f"{error}; the run starts anew\n")
     with folders.lock(folder):
-        checkpoint.remove_checkpoints(folder.checkpoints)
+        checkpoint.set_aside_checkpoints(folder.checkpoints)
     return trainer()
 
 
@@ -157,8 +157,8 @@ class PidJob:
                     raise Interrupted
 
             found = tune(self.tuning, on_trial)
-            files.write_atomic(folder.path / _TUNED, files.to_json(found.to_json()))
-            files.write_atomic(gains, found.to_toml())
+            files.write_atomic(folder.path / _TUNED, files.to_json(found.to_json()), follow=False)
+            files.write_atomic(gains, found.to_toml(), follow=False)
             starts = TEST_STARTS[: self.tuning.test_episodes]
             tested = evaluations.evaluate_policy(lookup.load(str(gains)), starts)
             evaluations.write_evaluations(folder.evaluation, [tested], WeightsFacts())

@@ -1,6 +1,7 @@
 """The complete state of a training run on disk: safetensors and JSON, validated, never pickled."""
 
 import hashlib
+import os
 import shutil
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
@@ -12,8 +13,8 @@ import numpy as np
 
 from touchdown.agents.agent import Agent
 from touchdown.config.checks import is_plain_name
-from touchdown.core import files, records
-from touchdown.core.errors import UserError, one_line
+from touchdown.core import files, limits, reading, records
+from touchdown.core.errors import UnreadableError, UserError, one_line
 from touchdown.core.seeding import Streams
 from touchdown.core.types import Tensors
 from touchdown.envs.episodes import Episode
@@ -28,11 +29,16 @@ from touchdown.training.state import (
 )
 
 _STATE, _STATE_SUM = "state.json", "state.sha256"
+_SET_ASIDE = "damaged-"
+_KEPT = 2  # so that another is there if the newest is damaged
 _OWN_GROUPS = ("finalists", "underway")  # in addition to the agent's
 
 
 class DamagedError(UserError):
-    """A checkpoint, or a record that it names, is not as it was written."""
+    """A checkpoint, or a record that it names, is not as it was written.
+
+    What the system does not let be read is another error: it may be whole.
+    """
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +79,7 @@ def save_checkpoint(
     progress: Progress,
     episodes: Sequence[Episode],
 ) -> Path:
-    """Write the next checkpoint, `folder/<number>/`, atomically, then remove older ones.
+    """Write the next checkpoint, `folder/<number>/`, atomically, and keep only the previous one.
 
     Raises:
         OSError: it cannot be written; the previous checkpoint is kept.
@@ -123,14 +129,17 @@ def save_checkpoint(
         (temporary / _STATE_SUM).write_text(line, "utf-8")
 
     files.write_folder_atomic(path, write)
-    for older in _checkpoints(folder):
-        if older != path:
-            shutil.rmtree(older)
+    for older in sorted(_checkpoints(folder))[:-_KEPT]:
+        shutil.rmtree(older)
     return path
 
 
 def newest_checkpoint(folder: Path) -> Path | None:
-    """The checkpoint that was written last, or None."""
+    """The checkpoint that was written last, or None.
+
+    Raises:
+        UnreadableError: the folder cannot be read.
+    """
     return max(_checkpoints(folder), default=None)
 
 
@@ -148,7 +157,7 @@ def restore_newest(folder: Path, digest: str, agent: Agent, streams: Streams) ->
 
     Raises:
         DamagedError: there are checkpoints, but none is whole.
-        UserError: the checkpoint is from another config or version.
+        UserError: the checkpoint is from another config or version, or cannot be read.
     """
     damage: DamagedError | None = None
     for path in sorted(_checkpoints(folder), reverse=True):
@@ -161,10 +170,19 @@ def restore_newest(folder: Path, digest: str, agent: Agent, streams: Streams) ->
     return None
 
 
-def remove_checkpoints(folder: Path) -> None:
-    """Delete all checkpoints of a run, so that its training starts again."""
+def set_aside_checkpoints(folder: Path) -> None:
+    """Rename all checkpoints of a run, so that its training starts again and nothing is lost.
+
+    Raises:
+        OSError: one cannot be renamed.
+    """
     for path in _checkpoints(folder):
-        shutil.rmtree(path)
+        aside, number = path.with_name(_SET_ASIDE + path.name), 1
+        while os.path.lexists(aside):
+            number += 1
+            aside = path.with_name(f"{_SET_ASIDE}{path.name}-{number}")
+        path.rename(aside)
+    files.sync(folder)
 
 
 def restore_checkpoint(path: Path, digest: str, agent: Agent, streams: Streams) -> Progress:
@@ -173,7 +191,7 @@ def restore_checkpoint(path: Path, digest: str, agent: Agent, streams: Streams) 
     Raises:
         DamagedError: the checkpoint is truncated or altered, or the records that it names are;
             the agent and the streams are as before.
-        UserError: the checkpoint is from another config or version.
+        UserError: the checkpoint is from another config or version, or cannot be read.
     """
     with _as_damage():
         data, confirmed = _read_state(path)
@@ -217,6 +235,8 @@ def restore_checkpoint(path: Path, digest: str, agent: Agent, streams: Streams) 
 def _as_damage() -> Generator[None]:
     try:
         yield
+    except UnreadableError:  # it may be whole, and readable later
+        raise
     except UserError as error:
         raise DamagedError(str(error)) from None
 
@@ -228,11 +248,10 @@ def _read_state(path: Path) -> tuple[bytes, bool]:
         UserError: they cannot be read, or have another SHA-256.
     """
     state, recorded = path / _STATE, path / _STATE_SUM
-    try:
-        data = state.read_bytes()
-        known = recorded.read_bytes().split() if recorded.exists() else None
-    except OSError as error:
-        raise UserError(f"{state}: cannot be read: {one_line(error)}") from None
+    data = reading.read_bytes(state, limits.RECORD_BYTES, follow=False)
+    known = None
+    if os.path.lexists(recorded):
+        known = reading.read_bytes(recorded, limits.KIB, follow=False).split()
     wanted = [hashlib.sha256(data).hexdigest().encode(), _STATE.encode()]
     if known is not None and known != wanted:
         raise UserError(f"{state}: altered since it was written (its SHA-256 differs)")
@@ -297,4 +316,22 @@ def _candidates_from(states: Sequence[CandidateState], tensors: Tensors) -> list
 
 
 def _checkpoints(folder: Path) -> list[Path]:
-    return [path for path in folder.glob("[0-9]*") if path.is_dir() and path.name.isdecimal()]
+    """The folders of checkpoints in a folder.
+
+    Raises:
+        UnreadableError: it cannot be read, so that there may be some; or a link takes the place of
+            one, and leads to folders that are not the run's.
+    """
+    if folder.is_symlink():
+        raise UnreadableError(f"{folder}: is a symbolic link, must be a folder")
+    try:
+        with os.scandir(folder) as entries:
+            found = [entry for entry in entries if entry.name.isascii() and entry.name.isdecimal()]
+            for entry in found:
+                if entry.is_symlink():
+                    raise UnreadableError(f"{entry.path}: is a symbolic link, must be a folder")
+            return [folder / entry.name for entry in found if entry.is_dir()]
+    except FileNotFoundError:
+        return []
+    except OSError as error:
+        raise UnreadableError(f"{folder}: cannot be read: {one_line(error)}") from None

@@ -7,9 +7,10 @@ import hashlib
 import os
 import time
 from collections.abc import Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from typing import Any, cast
 
 from tensorboardX.event_file_writer import EventsWriter
 from tensorboardX.proto import event_pb2
@@ -40,13 +41,16 @@ class Saved:
             folder: the run's folder.
 
         Raises:
-            UserError: a JSON Lines record was altered, or cannot be read.
+            UnreadableError: a JSON Lines record cannot be read.
+            UserError: one was altered.
         """
         for name, size in self.sizes.items():
             if not name.endswith(".jsonl"):
                 continue
             path = folder / name
-            data = reading.read_bytes(path, limits.RECORD_BYTES)[:size] if path.exists() else b""
+            data = b""
+            if os.path.lexists(path):
+                data = reading.read_bytes(path, limits.RECORD_BYTES, follow=False)[:size]
             if len(data) < size:
                 raise UserError(f"{path}: altered; it is shorter than its checkpoint says")
             if name in self.sha256 and hashlib.sha256(data).hexdigest() != self.sha256[name]:
@@ -126,20 +130,25 @@ class Recorder:
 
     Raises:
         OSError: a record cannot be written.
+        UserError: one is not a regular file; no line of the others was removed.
     """
 
     def __init__(self, folder: RunFolder, sizes: Mapping[str, int]) -> None:
         self._folder = folder.path
-        events_kept = _cut_events(folder.path, sizes)
-        self._lines: dict[str, BinaryIO] = {}
+        # all are opened before the first is changed
+        with ExitStack() as opened:
+            self._lines = {
+                path.name: opened.enter_context(reading.open_appendable(path))
+                for path in (folder.episodes, folder.updates, folder.validations)
+            }
+            events_kept = _cut_events(folder.path, sizes)
+            opened.pop_all()
         self._hashes: dict[str, Any] = {}
-        for path in (folder.episodes, folder.updates, folder.validations):
-            reading.check_appendable(path)
-            file = path.open("ab")
-            file.truncate(sizes.get(path.name, 0))
-            file.seek(0, 2)
-            self._lines[path.name] = file
-            self._hashes[path.name] = hashlib.sha256(path.read_bytes())
+        for name, file in self._lines.items():
+            file.truncate(sizes.get(name, 0))
+            file.seek(0)
+            self._hashes[name] = hashlib.file_digest(file, "sha256")
+            file.seek(0, os.SEEK_END)
         files.sync(folder.path)  # the names of new files
         # the suffix prevents a run that resumes within a second from overwriting its own file
         self._events = TensorBoardLogger(folder.path, f".{events_kept}")
@@ -169,7 +178,7 @@ class Recorder:
         """
         self._events.flush()
         for file in self._lines.values():
-            os.fsync(file.fileno())
+            files.flush(file.fileno())
         paths = [self._folder / name for name in self._lines]
         paths += self._folder.glob(_EVENTS)
         return Saved(
@@ -188,8 +197,8 @@ def _cut_events(folder: Path, sizes: Mapping[str, int]) -> int:
     kept = 0
     for path in sorted(folder.glob(_EVENTS)):
         if path.name in sizes:
-            with path.open("ab") as file:
-                file.truncate(min(sizes[path.name], path.stat().st_size))
+            with reading.open_appendable(path) as file:
+                file.truncate(min(sizes[path.name], os.fstat(file.fileno()).st_size))
             kept += 1
         else:
             path.unlink()

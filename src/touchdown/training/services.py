@@ -99,7 +99,7 @@ def open_loggers(
         places[name] = logger.where
         run_ids[name] = logger.run_id
         with files.refusing(str(path)):
-            files.write_atomic(path, files.to_json(LoggerRuns(run_ids=run_ids)))
+            files.write_atomic(path, files.to_json(LoggerRuns(run_ids=run_ids)), follow=False)
     return places
 
 
