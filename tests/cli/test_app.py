@@ -255,3 +255,13 @@ def test_output_to_a_full_disk_is_one_line_and_exit_code_2(args):
             check=False,
         )
     assert (done.returncode, done.stderr) == (2, "touchdown: No space left on device\n")
+
+
+def test_memory_that_runs_out_in_training_is_one_line(tmp_path, monkeypatch, capsys):
+    def exhausted(*_: object) -> None:
+        raise RuntimeError("CUDA: Out of memory while trying to allocate")
+
+    monkeypatch.setattr("touchdown.api.pipeline._completed", exhausted)
+    said = complaint("train", f"--runs-dir={tmp_path}", "--name=big", capsys=capsys)
+    assert said.startswith(f"{tmp_path / 'big'}: out of memory (CUDA: Out of memory")
+    assert said.endswith("try a smaller capacity, batch_size or hidden_sizes")
