@@ -340,7 +340,7 @@ def test_full_disk_is_reported_in_one_line_and_leaves_nothing(tmp_path, landing,
     def fail(path):
         raise OSError(28, "No space left on device", str(path))
 
-    monkeypatch.setattr(files, "_sync", fail)
+    monkeypatch.setattr(files, "sync", fail)
     path = tmp_path / "film.gif"
     path.write_bytes(b"before")
     with pytest.raises(UserError, match=r"^[^\n]*film\.gif: cannot be written: No space left"):
