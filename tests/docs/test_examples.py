@@ -172,6 +172,7 @@ def test_an_agent_of_ones_own_is_checked_trained_resumed_and_exported(outside):
     """)
 
 
+@pytest.mark.slow  # its four worker processes take a minute
 def test_an_agent_of_ones_own_is_compared_in_a_study(outside):
     text = (EXAMPLES / "munchausen.toml").read_text("utf-8")
     settings = """

@@ -157,7 +157,7 @@ def _check(argv: list[str]) -> None:
 
 
 @pytest.mark.usefixtures("here")
-@hypothesis.settings(max_examples=300)
+@hypothesis.settings(max_examples=150)
 @hypothesis.given(command_lines())
 def test_any_arguments_end_in_one_line(argv):
     _check(argv)

@@ -193,7 +193,7 @@ def _ends_in_a_line(argv: list[str]) -> None:
         assert "Traceback" not in shown
 
 
-@hypothesis.settings(max_examples=100, phases=[hypothesis.Phase.generate])
+@hypothesis.settings(max_examples=50, phases=[hypothesis.Phase.generate])
 @hypothesis.given(data=st.data())
 def test_a_damaged_record_ends_in_one_line(here, data):
     _check(here, data)
