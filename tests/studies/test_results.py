@@ -4,6 +4,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from finished_runs import evaluation, write_run, write_validations
+from touchdown.config.presets import preset
+from touchdown.config.toml import to_toml
 from touchdown.core import files
 from touchdown.core.errors import UserError
 from touchdown.evaluation.evaluation import write_evaluations
@@ -84,3 +86,11 @@ def test_tunings_that_are_done_are_read(tmp_path):
     (found,) = read_pid([done, missing], store)
     assert (found.job, found.trained_return, found.history) == (done, 210, (90, 210))
     assert found.test.summary.mean_return == 200
+
+
+def test_a_finished_run_without_its_evaluation_is_refused(tmp_path):
+    write_run(tmp_path / "abc", recorded=False)
+    (tmp_path / "abc/config.toml").write_text(to_toml(preset("pilot")))
+    (tmp_path / "abc/evaluation.json").unlink(missing_ok=True)
+    with pytest.raises(UserError, match=r"evaluation\.json: missing from a finished run"):
+        read_run(tmp_path / "abc", (), 0)

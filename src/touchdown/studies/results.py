@@ -234,8 +234,17 @@ def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
 
 
 def _test_of(folder: RunFolder) -> tuple[Evaluation | None, Evaluation | None]:
-    """The test of the selected checkpoint and of the final weights; None without a test."""
+    """The test of the selected checkpoint and of the final weights; None without a test.
+
+    Raises:
+        UserError: a file is broken, or the evaluation of a run with a test is missing.
+    """
     if not folder.evaluation.is_file():
+        if folder.config().training.test_episodes:
+            raise UserError(
+                f"{folder.evaluation}: missing from a finished run; restore it from a copy, or "
+                f"delete {folder.path} to train the run again"
+            )
         return None, None
     chosen = read_evaluations(folder.evaluation)[0]
     last = folder.path / LAST
