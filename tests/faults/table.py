@@ -115,17 +115,18 @@ VERBS = {
         WEIGHTS,
     ),
     "compare": Verb(
-        ("compare", "whole", "--out=page"), "page/figures/*", (), f"{RUN}/evaluation.json"
+        ("compare", "whole", "--out=page", "--force"), "page/figures/*", (), f"{RUN}/evaluation.json"
     ),
     "tune pid": Verb(
-        ("tune", "pid", "--starts=50", "--tolerance=0.5", "--begin=begin.toml", "--out=pid.toml"),
+        ("tune", "pid", "--starts=50", "--tolerance=0.5", "--begin=begin.toml", "--out=pid.toml",
+         "--force"),
         "",
         ("pid.toml",),
         "begin.toml",
     ),
     "tune agent": Verb(
         ("tune", "agent", "vector-dqn", "--trials=1", "--seeds=1", "--env-steps=3000",
-         "--out=tuned.toml"),
+         "--out=tuned.toml", "--force"),
         f"{STORE}/search.sqlite3",
         ("tuned.toml",),
         f"{STORE}/search.sqlite3",
