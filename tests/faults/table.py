@@ -115,7 +115,10 @@ VERBS = {
         WEIGHTS,
     ),
     "compare": Verb(
-        ("compare", "whole", "--out=page", "--force"), "page/figures/*", (), f"{RUN}/evaluation.json"
+        ("compare", "whole", "--out=page", "--force"),
+        "page/figures/*",
+        (),
+        f"{RUN}/evaluation.json",
     ),
     "tune pid": Verb(
         ("tune", "pid", "--starts=50", "--tolerance=0.5", "--begin=begin.toml", "--out=pid.toml",
