@@ -1,19 +1,17 @@
 """Random command lines: every verb ends with exit code 0, 2 or 130, and says at most one line."""
 
 import functools
-import io
 import os
-import time
-from contextlib import ExitStack, redirect_stderr, redirect_stdout
 
 import hypothesis
 import pytest
 from hypothesis import strategies as st
+from one_line import ends_in_one_line
 
 from touchdown.api import doctor, training
 from touchdown.api.studies import comparison, report
 from touchdown.api.studies import run as study_run
-from touchdown.cli import app, parse
+from touchdown.cli import parse
 from touchdown.cli.flags import flags_of
 from touchdown.config import presets
 from touchdown.core import device
@@ -26,7 +24,6 @@ from touchdown.studies import store
 from touchdown.training import pid_tuning
 
 LONG_CASES = int(os.environ.get("TOUCHDOWN_FUZZ_CASES", "20000"))
-MOST_SECONDS = 30.0  # a case takes milliseconds, but may import a library or wait for the machine
 
 WORDS = [
     *("pilot", "swift", "tabular-q", "dqn", "pilto"),
@@ -134,33 +131,11 @@ def here(tmp_path_factory):
         yield place
 
 
-def _check(argv: list[str]) -> None:
-    out, err = io.StringIO(), io.StringIO()
-    code: object = 0
-    began = time.monotonic()
-    with ExitStack() as stack:
-        stack.enter_context(redirect_stdout(out))
-        stack.enter_context(redirect_stderr(err))
-        try:
-            app.main(argv)
-        except SystemExit as stop:
-            code = stop.code
-    assert time.monotonic() - began < MOST_SECONDS
-    said = err.getvalue()
-    assert code in (0, 2, 130)
-    assert len(said.splitlines()) == (0 if code == 0 else 1), said
-    assert code == 0 or said.startswith("touchdown: ")
-    for shown in (said, out.getvalue()):
-        shown.encode()  # no byte that is no text
-        assert "\x1b" not in shown
-        assert "Traceback" not in shown
-
-
 @pytest.mark.usefixtures("here")
 @hypothesis.settings(max_examples=150)
 @hypothesis.given(command_lines())
 def test_any_arguments_end_in_one_line(argv):
-    _check(argv)
+    ends_in_one_line(argv)
 
 
 @pytest.mark.slow
@@ -168,4 +143,4 @@ def test_any_arguments_end_in_one_line(argv):
 @hypothesis.settings(max_examples=LONG_CASES)
 @hypothesis.given(command_lines())
 def test_very_many_arguments_end_in_one_line(argv):
-    _check(argv)
+    ends_in_one_line(argv)

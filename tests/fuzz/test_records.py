@@ -1,11 +1,8 @@
 """Runs and studies with a damaged file: every verb ends with exit code 0, 2 or 130 and one line."""
 
-import io
 import os
 import shutil
-import time
-import warnings
-from contextlib import closing, contextmanager, redirect_stderr, redirect_stdout
+from contextlib import closing, contextmanager
 from functools import cache
 from pathlib import Path
 
@@ -13,6 +10,7 @@ import hypothesis
 import pytest
 from hypothesis import strategies as st
 from mutations import damage
+from one_line import ends_in_one_line
 
 import touchdown
 from touchdown.cli import app, parse
@@ -25,7 +23,6 @@ from touchdown.studies.worker import attempt
 from touchdown.training.trainer import Trainer
 
 LONG_CASES = int(os.environ.get("TOUCHDOWN_FUZZ_CASES", "20000"))
-MOST_SECONDS = 30.0  # a case takes milliseconds, but may import a library or wait for the machine
 
 SHORT = {
     "hidden_sizes": (4,),
@@ -166,31 +163,11 @@ def _check(whole: Path, data: st.DataObject) -> None:
     try:
         damage(data.draw, path)
         hypothesis.note(f"touchdown {' '.join(argv)}, after damage to {path}")
-        _ends_in_a_line(argv)
+        ends_in_one_line(argv)
     finally:
         shutil.rmtree(folder)
         shutil.copytree(whole / folder, folder)
         shutil.rmtree("out", ignore_errors=True)
-
-
-def _ends_in_a_line(argv: list[str]) -> None:
-    out, err = io.StringIO(), io.StringIO()
-    code: object = 0
-    began = time.monotonic()
-    with redirect_stdout(out), redirect_stderr(err), warnings.catch_warnings():
-        try:
-            app.main(argv)
-        except SystemExit as stop:
-            code = stop.code
-    assert time.monotonic() - began < MOST_SECONDS
-    said = err.getvalue()
-    assert code in (0, 2, 130)
-    assert len(said.splitlines()) == (0 if code == 0 else 1), said
-    assert code == 0 or said.startswith("touchdown: ")
-    for shown in (said, out.getvalue()):
-        shown.encode()  # no byte that is no text
-        assert "\x1b" not in shown
-        assert "Traceback" not in shown
 
 
 @hypothesis.settings(max_examples=50, phases=[hypothesis.Phase.generate])

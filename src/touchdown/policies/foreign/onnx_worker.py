@@ -1,8 +1,8 @@
 """The process that loads and runs a stranger's ONNX model, within limits.
 
 `worker_model.py` starts it and talks to it through pipes. A message is the sizes of its two parts,
-JSON and the bytes of an array, each as four bytes, and then the parts. Whatever the model does can
-only end this process.
+JSON and the bytes of an array, each as four bytes, and then the parts. A model
+that fails or crashes ends only this process.
 """
 
 import json
