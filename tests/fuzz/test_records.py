@@ -117,7 +117,7 @@ def here(tmp_path_factory):
         read = cache(lambda words: parse.parse(list(words)))  # slower than what it starts
         patch.setattr(app, "parse", lambda argv: read(tuple(argv)))
         # the page is drawn, but not written: that is far slower, and knows nothing of records
-        patch.setattr("touchdown.figures.style.save", lambda figure, *_: figure.clear())
+        patch.setattr("touchdown.figures.style.save", lambda figure, *_, **__: figure.clear())
         patch.setattr("touchdown.report.comparison.write_page", lambda *_: None)
         patch.setattr("touchdown.report.output.write_page", lambda *_: None)
         yield whole
