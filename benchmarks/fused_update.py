@@ -111,7 +111,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument("--updates", type=int, default=200)
     args = parser.parse_args()
-    device.use_default()
+    device.start()
     rate = fastest_product()
     print(f"{cpu_name()}, one core, {simd()}; matrix products {rate / 1e9:.0f} GFLOP/s\n")
     print("| network | batch | JAX, µs | fused, µs | speed-up | lower bound, µs |")

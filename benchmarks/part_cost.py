@@ -89,7 +89,7 @@ def main() -> None:
     parser.add_argument("--updates", type=int, default=1_000, help="updates per round")
     args = parser.parse_args()
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
-    device.use("cpu")
+    device.start()
     agents = {part: Fed(config_of(part), np.random.default_rng(0)) for part in PARTS}
     for agent in agents.values():
         agent.seconds(200)  # after the compilation

@@ -142,7 +142,7 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=1_000)
     parser.add_argument("--rounds", type=int, default=9)
     args = parser.parse_args()
-    device.use_default()
+    device.start()
     count, steps = args.num_envs, args.steps
     plain = QNetwork(D, A, SHAPE)
     fused = FusedNetwork(plain)

@@ -12,7 +12,7 @@ import pytest
 
 from touchdown.core import device
 
-device.use("cpu")  # before anything below computes
+device.start()  # before anything below computes
 os.environ["OMP_NUM_THREADS"] = "1"  # tests run side by side
 
 import jax  # noqa: E402

@@ -13,7 +13,7 @@ from touchdown.core.errors import UserError
 from touchdown.policies import lookup
 
 PROGRAM = (
-    "from touchdown.core import device; device.use('cpu'); import jax;"
+    "from touchdown.core import device; device.start(); import jax;"
     "print(jax.config.jax_compilation_cache_dir); jax.jit(lambda x: x + 1)(1.0)"
 )
 

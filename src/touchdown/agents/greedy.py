@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from typing import Any, Protocol
 
-import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,11 +29,11 @@ class GreedyPolicy:
 
     Args:
         network: computes the values.
-        params: its flat parameters, [P].
+        params: its flat parameters, [P], in an array of the kind that the network computes with.
     """
 
-    def __init__(self, network: ValueFunction, params: FloatArray) -> None:
-        self._params = jnp.asarray(params)
+    def __init__(self, network: ValueFunction, params: Any) -> None:
+        self._params = params
         self._network = network
 
     def act(self, observations: FloatArray) -> IntArray:

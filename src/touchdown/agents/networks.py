@@ -38,7 +38,7 @@ class QNetwork:
     """
 
     def __init__(self, observation_size: int, num_actions: int, config: NetworkConfig) -> None:
-        device.check_process()
+        device.start()
         self.observation_size = observation_size
         self.num_actions = num_actions
         self.config = config
@@ -133,7 +133,7 @@ class QNetwork:
         Raises:
             UserError: this process was forked after JAX had started.
         """
-        device.check_process()
+        device.start()
 
         def values_of(block: FloatArray) -> NDArray[Any]:
             return np.asarray(cast(jax.Array, self.values(params, block)))
@@ -142,7 +142,7 @@ class QNetwork:
 
     def policy(self, params: FloatArray) -> GreedyPolicy:
         """The greedy policy of these parameters [P]."""
-        return GreedyPolicy(self, params)
+        return GreedyPolicy(self, jnp.asarray(params))
 
     def describe(self) -> dict[str, Any]:
         """The network's config, under its key in a file of weights."""

@@ -5,14 +5,11 @@ from collections.abc import Callable
 from typing import Any, cast
 
 from touchdown.agents.agent import Agent
-from touchdown.agents.dqn import DQNAgent
-from touchdown.agents.learners.factory import make_learner
 from touchdown.agents.planning import plan_of
-from touchdown.agents.pqn import PQNAgent
 from touchdown.agents.states import states_of
 from touchdown.agents.tabular import TabularAgent
 from touchdown.config.config import Config
-from touchdown.core import plugins
+from touchdown.core import device, plugins
 from touchdown.core.errors import UserError, one_line
 from touchdown.core.seeding import Streams, streams
 from touchdown.core.types import Spaces
@@ -42,18 +39,27 @@ def make_agent(config: Config, spaces: Spaces, generators: Streams) -> Agent:
             agent cannot be made.
     """
     match config.algorithm:
-        case "dqn":
-            return DQNAgent(config, spaces, generators, make_learner(config, spaces))
-        case "pqn":
-            return PQNAgent(config, spaces, generators, make_learner(config, spaces))
+        case "dqn" | "pqn":
+            return _network_agent(config, spaces, generators)
         case "tabular" | "value-iteration":
             return TabularAgent(config, spaces, generators)
         case _:
             return _custom_agent(config, spaces, generators)
 
 
+def _network_agent(config: Config, spaces: Spaces, generators: Streams) -> Agent:
+    # here, because they load JAX, which takes as long as everything else together
+    from touchdown.agents.dqn import DQNAgent  # noqa: PLC0415
+    from touchdown.agents.learners.factory import make_learner  # noqa: PLC0415
+    from touchdown.agents.pqn import PQNAgent  # noqa: PLC0415
+
+    made = DQNAgent if config.algorithm == "dqn" else PQNAgent
+    return made(config, spaces, generators, make_learner(config, spaces))
+
+
 def _custom_agent(config: Config, spaces: Spaces, generators: Streams) -> Agent:
     made = _class_of(config)
+    device.start()  # it may compute with JAX
     try:
         return made(config, spaces, generators, **config.options)
     except UserError:

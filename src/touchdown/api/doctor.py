@@ -90,7 +90,7 @@ def _libraries() -> tuple[State, str]:
 
 
 def _jax() -> tuple[State, str]:
-    device.use_default()
+    device.start()
     import jax  # noqa: PLC0415 - it reads its flags when it starts
 
     devices = cast(list[object], jax.devices())

@@ -98,15 +98,16 @@ def fly(
             cannot be written.
     """
     check_seed(seed)
+    in_window = str(out) == "window"
+    if out is not None and not in_window:
+        films.check_video_path(Path(out))
+        files.check_new(Path(out), force=force)
     with plugins.trusting(everything=trust):
         statistics = None if vecnormalize is None else str(vecnormalize)
         env_name = None if env_id is None else custom.name_of(env_id)
         named = find_policy(policy, Path(runs_dir), env_name, statistics)
-        if out is not None and str(out) == "window":
+        if in_window:
             return films.show_window(named.env_id, named.policy, seed, named.name)
-        if out is not None:
-            films.check_video_path(Path(out))
-            files.check_new(Path(out), force=force)
         drawn = out is not None or notebook.in_notebook()  # which shows the flight as a film
         try:
             flight = _flown(named, seed, drawn=drawn)

@@ -17,8 +17,6 @@ from touchdown.envs import environment
 from touchdown.evaluation import evaluation as evaluations
 from touchdown.evaluation import table
 from touchdown.evaluation.evaluation import Evaluation
-from touchdown.figures import flights as flight_figure
-from touchdown.figures import policy_map
 from touchdown.figures.grid import grid_of
 from touchdown.lander import rules
 from touchdown.policies import weights as policy_weights
@@ -184,7 +182,9 @@ def _draw(
     """Draw the overlaid flights, and film the flight with the median test return."""
     recorded = finish.record_flights(run, tested, OVERLAID, on_note)
     if recorded is not None and recorded.beside:
-        flight_figure.save_flights(
+        from touchdown.figures import flights as figure  # noqa: PLC0415 - it loads matplotlib
+
+        figure.save_flights(
             run.path / FLIGHTS,
             recorded.beside,
             "Flights of the agent and the PID from the same starts",
@@ -205,5 +205,7 @@ def _draw_policy(run: Run) -> str:
     if grid is None or num_states is None or not isinstance(policy.policy, ValuePolicy):
         return ""
     q = policy.policy.values(np.eye(num_states, dtype=np.float32))
+    from touchdown.figures import policy_map  # noqa: PLC0415 - it loads matplotlib
+
     policy_map.save_policy(run.path / POLICY, grid, q, f"{run.name} on {policy.env_id}")
     return policy_map.policy_text(grid, q)

@@ -51,23 +51,6 @@ def _processor() -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
-def check_process() -> None:
-    """Refuse to compute with JAX in a fork of the process that started it, where it would hang.
-
-    JAX computes on threads, which a fork does not copy.
-
-    Raises:
-        UserError: this process is such a fork.
-    """
-    if not _started_in:
-        _started_in.append(os.getpid())
-    elif _started_in[0] != os.getpid():
-        raise UserError(
-            "this process was forked after JAX had started, and networks would hang in it: start "
-            "processes by multiprocessing.get_context('spawn'), or before using a network"
-        )
-
-
 def use_default() -> None:
     """Make JAX compute on the CPU, unless a device was already selected."""
     if not _chosen:
@@ -75,26 +58,49 @@ def use_default() -> None:
 
 
 def use(device: Device) -> None:
-    """Make JAX compute on a device.
+    """Select the device that JAX will compute on; the CPU is not started before it is used.
 
-    On the CPU it uses one thread, which is fastest for networks of this size and leaves the other
+    On the CPU JAX uses one thread, which is fastest for networks of this size and leaves the other
     cores to other runs. The selection has no effect once JAX has computed something.
 
     Raises:
-        UserError: this machine has no such device, or this process is a fork (`check_process`).
+        UserError: this machine has no such device, or this process is a fork (see `start`).
     """
     if device not in ("cpu", "gpu"):
         raise UserError(f"device {device!r}: must be cpu or gpu")
     flags = os.environ.get("XLA_FLAGS", "")
     if _ONE_THREAD not in flags:
         os.environ["XLA_FLAGS"] = f"{flags} {_ONE_THREAD}".strip()
-    import jax  # noqa: PLC0415 - it reads XLA_FLAGS when it starts
+    if device == "gpu" or _started_in:
+        _start(device)
+    _chosen.append(device)
+
+
+def start() -> None:
+    """Start JAX on the device in use, once; call it before anything is computed.
+
+    Raises:
+        UserError: this machine has no such device, or this process is a fork of one that had
+            started JAX: JAX computes on threads, which a fork does not copy, and would hang.
+    """
+    if _started_in:
+        _check_process()
+    else:
+        use_default()
+        _start(chosen())
+
+
+def _start(device: Device) -> None:
+    import jax  # noqa: PLC0415 - it reads XLA_FLAGS when it starts, and takes a second to load
 
     jax.config.update("jax_platforms", "cpu" if device == "cpu" else None)
     _keep_compilations(jax.config)
     # passing each small call to another thread costs more than the call
     jax.config.update("jax_cpu_enable_async_dispatch", False)  # noqa: FBT003
-    check_process()
+    if _started_in:
+        _check_process()
+    else:
+        _started_in.append(os.getpid())
     try:
         jax.devices(device)
     except RuntimeError as error:
@@ -102,4 +108,11 @@ def use(device: Device) -> None:
             f"device {device!r}: JAX finds no such device ({one_line(error)}); "
             "use cpu, or install JAX for your GPU"
         ) from None
-    _chosen.append(device)
+
+
+def _check_process() -> None:
+    if _started_in[0] != os.getpid():
+        raise UserError(
+            "this process was forked after JAX had started, and networks would hang in it: start "
+            "processes by multiprocessing.get_context('spawn'), or before using a network"
+        )

@@ -4,9 +4,8 @@ import json
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import Literal, cast, get_args
+from typing import TYPE_CHECKING, Literal, cast, get_args
 
-from touchdown.agents.networks import QNetwork
 from touchdown.agents.qtable import QTable
 from touchdown.core import files, limits, reading
 from touchdown.core.errors import UserError
@@ -21,6 +20,9 @@ from touchdown.exports.source import Source
 from touchdown.policies import weights as policy_weights
 from touchdown.policies.foreign.onnx_session import Session
 from touchdown.policies.weights import Weights
+
+if TYPE_CHECKING:
+    from touchdown.agents.networks import QNetwork
 
 Format = Literal["onnx", "safetensors"]
 CARD, EXAMPLE, FILM = "README.md", "fly_onnx.py", "flight.gif"
@@ -93,7 +95,7 @@ def write_export(
 
 
 def _checked_onnx(source: Source, weights: Weights) -> tuple[bytes, Agreement]:
-    model, spaces = cast(QNetwork | QTable, weights.model), weights.spaces
+    model, spaces = cast("QNetwork | QTable", weights.model), weights.spaces
     config = source.config
     metadata = {
         "env_id": weights.env_id,
@@ -110,7 +112,7 @@ def _checked_onnx(source: Source, weights: Weights) -> tuple[bytes, Agreement]:
     policy = model.policy(weights.params)
     seen = agreements.seen_in_flight(policy, weights.env_id)
     largest_term = 0.0
-    if isinstance(model, QNetwork) and model.config.atoms:
+    if not isinstance(model, QTable) and model.config.atoms:
         largest_term = max(abs(model.config.v_min), abs(model.config.v_max))
     # in this process, as no stranger has made it
     return data, agreements.check(Session(data), policy, seen, largest_term)

@@ -2,18 +2,20 @@
 
 from collections.abc import Mapping
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from touchdown.agents.networks import QNetwork
 from touchdown.agents.qtable import QTable
 from touchdown.agents.states import Grid
 from touchdown.core import installation
 from touchdown.core.types import FloatArray
 from touchdown.core.version import __version__
 from touchdown.policies.foreign.onnx_session import missing_package
+
+if TYPE_CHECKING:
+    from touchdown.agents.networks import QNetwork
 
 # of 2022: old enough for most runtimes, new enough for LayerNormalization
 OPSET, IR_VERSION = 17, 8
@@ -32,7 +34,7 @@ def check_installed() -> None:
 
 
 def onnx_model(
-    model: QNetwork | QTable,
+    model: "QNetwork | QTable",
     params: FloatArray,
     observation_size: int,
     num_actions: int,
@@ -53,10 +55,10 @@ def onnx_model(
     onnx: Any = import_module("onnx")
     helper, kinds = onnx.helper, onnx.TensorProto
     graph = _Graph(onnx)
-    if isinstance(model, QNetwork):
-        q = _network(graph, model, params)
-    else:
+    if isinstance(model, QTable):
         q = _table(graph, model, params)
+    else:
+        q = _network(graph, model, params)
     graph.add("ArgMax", q, output="action", axis=1, keepdims=0)
     # a table's values are in double precision until here
     graph.add("Cast", q, output="q_values", to=kinds.FLOAT)
@@ -107,7 +109,7 @@ class _Graph:
         return self.add("Cast", name, to=to)
 
 
-def _network(graph: _Graph, network: QNetwork, params: FloatArray) -> str:
+def _network(graph: _Graph, network: "QNetwork", params: FloatArray) -> str:
     """Q(s,·), [N, A], of a `QNetwork`, layer by layer."""
     config = network.config
     layers = {name: np.asarray(value) for name, value in network.layers(params).items()}

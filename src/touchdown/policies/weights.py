@@ -3,13 +3,12 @@
 import json
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import msgspec
 import numpy as np
 
 from touchdown.agents import registry
-from touchdown.agents.networks import QNetwork, make_network
 from touchdown.agents.qtable import QTable
 from touchdown.agents.states import states_of
 from touchdown.config import toml
@@ -22,6 +21,9 @@ from touchdown.core.types import Described, FloatArray, Policy, Spaces, Tensors
 from touchdown.envs import environment
 from touchdown.policies.facts import WeightsFacts
 from touchdown.policies.named import NamedPolicy
+
+if TYPE_CHECKING:
+    from touchdown.agents.networks import QNetwork
 
 WEIGHTS_FORMAT_VERSION = 2
 _KINDS = {"network": NetworkConfig, "table": TableConfig}  # of model, by the key of its config
@@ -85,7 +87,7 @@ class Weights(NamedTuple):
     env_id: str
     spaces: Spaces
     """Of that environment."""
-    model: QNetwork | QTable | None = None
+    model: "QNetwork | QTable | None" = None
     """Of the policy; None of a policy that only its agent's code can make again."""
     params: FloatArray = np.zeros(0)
     """The model's, flat, [P]."""
@@ -124,11 +126,13 @@ def read_weights(path: Path) -> Weights:
     env_id = metadata.env_id
     spaces = environment.spaces_of(env_id)
     if isinstance(config, NetworkConfig):
-        device.check_process()
+        device.start()
     try:
         if isinstance(config, TableConfig):
             model = QTable(states_of(config, spaces), spaces.num_actions, config)
         else:
+            from touchdown.agents.networks import make_network  # noqa: PLC0415 - it loads JAX
+
             _check_sizes(config, tensors)
             model = make_network(config, spaces)
         params = model.params_of(tensors)

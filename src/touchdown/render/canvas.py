@@ -6,7 +6,6 @@ from functools import cache
 from math import ceil, floor
 from pathlib import Path
 
-import matplotlib as mpl
 from PIL import Image, ImageDraw, ImageFont
 
 from touchdown.lander import stock
@@ -118,4 +117,6 @@ def bounds(points: Sequence[Point], margin: float) -> tuple[Point, Point]:
 def font(size: float, *, bold: bool = False) -> ImageFont.FreeTypeFont:
     """DejaVu Sans, which comes with matplotlib, at a size in pixels."""
     name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
+    import matplotlib as mpl  # noqa: PLC0415 - only pictures need it
+
     return ImageFont.truetype(Path(mpl.get_data_path(), "fonts", "ttf", name), size)

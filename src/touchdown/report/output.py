@@ -14,8 +14,6 @@ from touchdown.studies.claims import Decision
 from touchdown.studies.results import StudyResults
 
 PAGE = "index.html"
-CLAIMS = "claims"
-"""Name of the table of claims; studies may not use it."""
 _SUMMARY = "summary.md"
 _DIGITS = 8  # significant digits of a number in a table
 

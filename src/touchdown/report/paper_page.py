@@ -8,12 +8,12 @@ from touchdown.evaluation.evaluation import read_evaluations
 from touchdown.report import alike_section, pid_section
 from touchdown.report.builder import STEPS, Builder
 from touchdown.report.csv_tables import claim_table, level_table, run_tables
-from touchdown.report.output import CLAIMS, PAGE, Report, write_report
+from touchdown.report.output import PAGE, Report, write_report
 from touchdown.report.page import Page, Section
 from touchdown.report.provenance import page_facts, provenance_of
 from touchdown.runs.folder import RunFolder
 from touchdown.studies import alike, paper
-from touchdown.studies.claims import Decision, decide
+from touchdown.studies.claims import CLAIMS, Decision, decide
 from touchdown.studies.paper import Scale, Topic
 from touchdown.studies.results import PidResult, StudyResults, read_pid, read_study
 from touchdown.studies.store import Store

@@ -6,10 +6,10 @@ from pathlib import Path
 from touchdown.core import files
 from touchdown.report.builder import Builder
 from touchdown.report.csv_tables import claim_table, level_table, run_tables
-from touchdown.report.output import CLAIMS, PAGE, Report, write_report
+from touchdown.report.output import PAGE, Report, write_report
 from touchdown.report.page import Page
 from touchdown.report.provenance import page_facts, provenance_of
-from touchdown.studies.claims import decide
+from touchdown.studies.claims import CLAIMS, decide
 from touchdown.studies.plan import Study
 from touchdown.studies.results import read_study
 from touchdown.studies.store import Store

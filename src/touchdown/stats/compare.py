@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any, Literal, cast
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy import stats
 
 from touchdown.core.types import FloatArray
 from touchdown.stats.seeds import checked, mean_interval, standard_error
@@ -76,7 +76,7 @@ def compare(base: ArrayLike, other: ArrayLike, seed: int = 0) -> Comparison:
     with warnings.catch_warnings():
         # equal seeds on one side warn of lost precision, but the other side has variance
         warnings.simplefilter("ignore", RuntimeWarning)
-        result: Any = stats.ttest_ind(b, a, equal_var=False)
+        result: Any = scipy.stats.ttest_ind(b, a, equal_var=False)
         interval = result.confidence_interval(0.95)
     return Comparison(
         len(a),
@@ -148,8 +148,8 @@ class Trend:
             alpha: significance level.
         """
         # the z-score of the statistic grows with the square root of the number of seeds
-        seen = float(stats.norm.isf(max(self.p_value, 1e-300) / 2))
-        wanted = float(stats.norm.isf(alpha / 2) + stats.norm.isf(1 - POWER))
+        seen = float(scipy.stats.norm.isf(max(self.p_value, 1e-300) / 2))
+        wanted = float(scipy.stats.norm.isf(alpha / 2) + scipy.stats.norm.isf(1 - POWER))
         if seen <= 0:
             return None
         needed = math.ceil(self.seeds * (wanted / seen) ** 2)
@@ -174,7 +174,7 @@ def trend(groups: Sequence[ArrayLike]) -> Trend:
     seeds = len(values) / len(samples)
     if np.ptp(values) == 0:
         return Trend(0.0, 1.0, seeds)
-    result: Any = stats.kendalltau(ranks, values)
+    result: Any = scipy.stats.kendalltau(ranks, values)
     return Trend(float(result.statistic), float(result.pvalue), seeds)
 
 
@@ -245,7 +245,7 @@ def margin(values: ArrayLike, threshold: float) -> Margin:
         )
         effect = 0.0 if abs(distance) <= _NOTHING else math.copysign(math.inf, distance)
         return Margin(mean, *sides, effect)
-    above: Any = stats.ttest_1samp(sample, threshold, alternative="greater")
+    above: Any = scipy.stats.ttest_1samp(sample, threshold, alternative="greater")
     spread = float(np.std(sample, ddof=1))
     return Margin(
         mean,

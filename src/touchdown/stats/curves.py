@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from touchdown.core.types import FloatArray
 
@@ -81,7 +81,7 @@ def reached(times: Sequence[float]) -> Reached:
     if not n or np.isnan(ordered).any():
         raise ValueError(f"needs at least one time and no NaN, got {list(times)}")
     # the largest k with P(fewer than k of n are below the median) ≤ 2.5%
-    k = int(stats.binom.ppf(0.025, n, 0.5))
+    k = int(scipy.stats.binom.ppf(0.025, n, 0.5))
     low, high = (0, n - 1) if k < 1 else (k - 1, n - k)
     upper, lower = float(ordered[n // 2]), float(ordered[(n - 1) // 2])
     return Reached(

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy import stats
 
 from touchdown.core.types import FloatArray
 from touchdown.stats.summary import Interval, bootstrap_iqm
@@ -85,7 +85,7 @@ def mean_interval(values: ArrayLike) -> Interval:
     mean = float(sample.mean())
     if len(sample) < 2:
         return Interval(mean, mean, mean)
-    half = float(stats.t.ppf(0.975, len(sample) - 1)) * standard_error(sample)
+    half = float(scipy.stats.t.ppf(0.975, len(sample) - 1)) * standard_error(sample)
     return Interval(mean, mean - half, mean + half)
 
 
@@ -118,8 +118,8 @@ def tolerance_band(
     n = len(sample)
     if n < _FEWEST_FOR_BAND:
         return None
-    z = float(stats.norm.ppf((1 + content) / 2))
-    spread = float(stats.chi2.ppf(1 - confidence, n - 1))
+    z = float(scipy.stats.norm.ppf((1 + content) / 2))
+    spread = float(scipy.stats.chi2.ppf(1 - confidence, n - 1))
     half = z * ((n - 1) * (1 + 1 / n) / spread) ** 0.5 * float(np.std(sample, ddof=1))
     mean = float(cast(float, sample.mean()))
     return mean - half, mean + half

@@ -7,9 +7,9 @@ from typing import Any, cast
 
 import msgspec
 import numpy as np
+import scipy
 from msgspec import Struct
 from numpy.typing import ArrayLike
-from scipy import stats
 
 from touchdown.core.types import FloatArray
 
@@ -54,7 +54,7 @@ class Summary(Struct, frozen=True, kw_only=True, rename=_STORED):
 
 def interquartile_mean(values: ArrayLike, axis: int = -1) -> FloatArray:
     """Interquartile mean: mean of the middle half of the values."""
-    return cast(FloatArray, stats.trim_mean(values, 0.25, axis=axis))
+    return cast(FloatArray, scipy.stats.trim_mean(values, 0.25, axis=axis))
 
 
 def bootstrap_iqm(values: Sequence[float], seed: int = 0) -> Interval:
@@ -73,7 +73,7 @@ def bootstrap_iqm(values: Sequence[float], seed: int = 0) -> Interval:
     value = float(interquartile_mean(sample))
     if np.ptp(sample) == 0:
         return Interval(value, value, value)
-    result = stats.bootstrap(
+    result = scipy.stats.bootstrap(
         (sample,),
         interquartile_mean,
         n_resamples=RESAMPLES,

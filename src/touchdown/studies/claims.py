@@ -12,6 +12,8 @@ from touchdown.studies.findings import LEAST_P, Finding, Values, p_text
 from touchdown.studies.metrics import DEFAULT_METRIC
 
 Verdict = Literal["holds", "does not hold", "undecided"]
+CLAIMS = "claims"
+"""Name of the table of claims in a report; studies may not use it."""
 VERDICTS: tuple[Verdict, ...] = ("holds", "does not hold", "undecided")
 
 

@@ -16,7 +16,6 @@ from touchdown.evaluation import evaluation as evaluations
 from touchdown.evaluation.evaluation import Evaluation
 from touchdown.evaluation.evaluator import Evaluator
 from touchdown.evaluation.paths import NUM_PATHS, PathRecorder, save_paths
-from touchdown.figures import curve
 from touchdown.lander import rules
 from touchdown.policies import lookup
 from touchdown.policies import weights as policy_weights
@@ -160,6 +159,8 @@ def save_curve(run: Run, title: str) -> None:
     Raises:
         UserError: the run's files are broken, or the picture cannot be written.
     """
+    from touchdown.figures import curve  # noqa: PLC0415 - it loads matplotlib
+
     curve.save_learning_curve(
         run.path / CURVE,
         msgspec.to_builtins(records.decode_jsonl(run.folder.episodes, EpisodeRow)),

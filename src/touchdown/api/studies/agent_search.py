@@ -12,7 +12,6 @@ from touchdown.config import presets, toml
 from touchdown.core import files, installation
 from touchdown.core.errors import Interrupted, UserError
 from touchdown.core.progress import Counter, console_for, stop_on_signals
-from touchdown.figures import importance
 from touchdown.studies import store as stores
 from touchdown.studies.executors import Executor, LocalExecutor
 from touchdown.studies.store import DEFAULT_RESULTS
@@ -84,11 +83,11 @@ def tune_agent(
     for name, value in (("trials", trials), ("seeds", seeds), ("env_steps", env_steps)):
         if value is not None and value < 1:
             raise UserError(f"{name} = {value}: must be at least 1")
+    base = presets.preset(preset)
     try:
         from touchdown.studies import search  # noqa: PLC0415 - an extra
     except ImportError:
         raise installation.missing("tune agent", "Optuna", "optuna") from None
-    base = presets.preset(preset)
     if env_steps is not None:
         training = dataclasses.replace(base.training, max_env_steps=env_steps, episodes=1_000_000)
         base = dataclasses.replace(base, training=training)
@@ -134,6 +133,8 @@ def tune_agent(
             files.write_atomic(path, text)
         written.append(path)
         if found.importance:
+            from touchdown.figures import importance  # noqa: PLC0415 - it loads matplotlib
+
             plot = search.path_beside(path, "-importance.png")
             importance.save_importance(plot, found.importance)
             written.append(plot)

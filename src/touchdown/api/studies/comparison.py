@@ -8,8 +8,6 @@ from rich.console import Console
 from touchdown.api.runs import RunLike, find_run
 from touchdown.core import files
 from touchdown.core.progress import Counter, console_for
-from touchdown.report.builder import STEPS
-from touchdown.report.comparison import write_comparison
 from touchdown.runs.folder import DEFAULT_RUNS
 from touchdown.runs.run import Run
 
@@ -45,6 +43,9 @@ def compare(
     given = [runs] if isinstance(runs, str | Path | Run) else runs
     found = [find_run(run, runs_dir) for run in given]
     files.check_new(Path(out), force=force)
+    from touchdown.report.builder import STEPS  # noqa: PLC0415 - it loads matplotlib
+    from touchdown.report.comparison import write_comparison  # noqa: PLC0415 - it loads matplotlib
+
     shown = console_for(progress, console)
     with Counter(shown, f"comparing {len(found)} runs", STEPS) as count:
         return write_comparison(found, Path(out), lambda _: count())

@@ -8,9 +8,9 @@ from pathlib import Path
 from touchdown.config.checks import is_plain_name
 from touchdown.core.errors import UserError
 from touchdown.core.names import hint
-from touchdown.report.output import CLAIMS
 from touchdown.studies import paper, plan, runner, study_file
 from touchdown.studies import store as stores
+from touchdown.studies.claims import CLAIMS
 from touchdown.studies.job import Job
 from touchdown.studies.paper import SCALES, Scale
 from touchdown.studies.plan import Study

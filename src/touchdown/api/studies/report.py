@@ -2,6 +2,7 @@
 
 import shlex
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 
@@ -15,13 +16,12 @@ from touchdown.api.studies.find import (
 from touchdown.core import files
 from touchdown.core.errors import UserError
 from touchdown.core.progress import Counter, console_for
-from touchdown.report.builder import STEPS
-from touchdown.report.output import Report
-from touchdown.report.paper_page import write_paper_report
-from touchdown.report.study_page import write_study_report
 from touchdown.studies import paper
 from touchdown.studies import store as stores
 from touchdown.studies.store import DEFAULT_RESULTS, Store
+
+if TYPE_CHECKING:
+    from touchdown.report.output import Report
 
 
 def study_report(
@@ -34,7 +34,7 @@ def study_report(
     results_dir: Path | str = DEFAULT_RESULTS,
     progress: bool | None = None,
     console: Console | None = None,
-) -> Report:
+) -> "Report":
     """Write a study's page: figures, verdicts on its claims, flights, tables.
 
     The folder also gets `summary.md` and, in `tables/`, the runs, levels and claims as CSV files.
@@ -68,6 +68,10 @@ def study_report(
         )
     folder = Path(out) if out is not None else store.path / "reports" / selection.name
     files.check_new(folder, force=force)
+    from touchdown.report.builder import STEPS  # noqa: PLC0415 - it loads matplotlib
+    from touchdown.report.paper_page import write_paper_report  # noqa: PLC0415 - it loads matplotlib
+    from touchdown.report.study_page import write_study_report  # noqa: PLC0415 - it loads matplotlib
+
     command = f"{selection.command(store)} && {_report_command(selection, store, out)}"
     note = _note_on_flights(selection, store)
     shown = console_for(progress, console)
