@@ -1,9 +1,13 @@
 import io
+import time
 from dataclasses import replace
 
 from rich.console import Console
 
-from touchdown.api.views import TrainingView
+from touchdown.api.views import StudyView, TrainingView
+from touchdown.studies.executors import Event
+from touchdown.studies.job import JobProgress
+from touchdown.studies.runner import State
 from touchdown.training.pace import TrainingStatus
 
 STATUS = TrainingStatus(
@@ -46,5 +50,30 @@ def test_training_is_drawn_on_a_terminal():
         assert part in text
 
 
-def test_nothing_is_drawn_where_nobody_can_see_it():
-    assert drawn(on_terminal=False) == ""
+def test_a_log_gets_a_line_at_the_start_and_every_half_minute(monkeypatch):
+    seconds = iter((100.0, 100.0, 129.9, 130.0, 130.0, 160.0, 160.0))
+    monkeypatch.setattr(time, "monotonic", lambda: next(seconds))
+    file = io.StringIO()
+    with TrainingView(Console(file=file, force_jupyter=False, width=40), "swift-0") as view:
+        for _ in range(3):
+            view.status(STATUS)
+        view.phase("drawing", 2)
+        view.advance()
+    trained = "training swift-0: 37%, 98,304 env steps, mean return of 100 episodes 185, ETA 0:14"
+    assert file.getvalue().splitlines() == [trained, trained, "drawing: 1 of 2"]
+
+
+def test_a_study_in_a_log_says_how_many_runs_are_done():
+    state = State(total=8, done=3, running={"a": JobProgress(0.2)}, failed={"b": "why"})
+    event = Event("advanced", "a", JobProgress(0.2))
+    file = io.StringIO()
+    with StudyView(Console(file=file, force_jupyter=False, width=40), "gamma", str) as view:
+        view.update(state, event)
+    assert file.getvalue() == "study gamma: 52%, 3 of 8 done, 1 failed\n"
+
+
+def test_a_silent_console_gets_no_line():
+    file = io.StringIO()
+    with TrainingView(Console(file=file, quiet=True), "swift-0") as view:
+        view.status(STATUS)
+    assert file.getvalue() == ""

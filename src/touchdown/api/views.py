@@ -7,7 +7,7 @@ from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
-from touchdown.core.progress import View, clock, count_bar, share_bar
+from touchdown.core.progress import View, clock, count_bar, count_line, share_bar
 from touchdown.studies.executors import Event
 from touchdown.studies.runner import State
 from touchdown.training.pace import TrainingStatus
@@ -16,7 +16,7 @@ _SETTLED = 0.2  # share of training after which the mean of recent returns is me
 
 
 class TrainingView(View):
-    """A live view of training; it draws nothing where nobody can see it.
+    """A live view of training.
 
     Args:
         console: where to draw.
@@ -24,7 +24,7 @@ class TrainingView(View):
     """
 
     def __init__(self, console: Console, name: str) -> None:
-        super().__init__(console, refresh_per_second=4, transient=True)
+        super().__init__(console, refresh_per_second=4, transient=True, at_once=True)
         self._name = name
         self._phase = count_bar(console)
 
@@ -32,6 +32,12 @@ class TrainingView(View):
         """Show the state of training."""
         if self.is_drawn:
             self.draw(self._state(status))
+        self.say(
+            lambda: (
+                f"training {self._name}: {status.share_done:.0%}, {status.env_steps:,} env steps, "
+                f"mean return of 100 episodes {status.recent_return:.0f}, {' '.join(_eta(status))}"
+            )
+        )
 
     def phase(self, text: str, count: int) -> None:
         """Start a phase after training, and show a bar over its `count` episodes or pictures."""
@@ -45,6 +51,7 @@ class TrainingView(View):
         for task in self._phase.task_ids:
             self._phase.advance(task)
         self.draw(self._phase)
+        self.say(lambda: count_line(self._phase))
 
     def _state(self, status: TrainingStatus) -> Group:
         loss = "-" if status.loss is None else f"{status.loss:.3g}"
@@ -58,7 +65,7 @@ class TrainingView(View):
             ("loss", loss),
             ("timed out", f"{status.recent_time_limit_share:.0%}"),
             ("steps/s", f"{status.steps_per_second:,.0f}"),
-            ("ETA ≤" if status.may_stop_early else "ETA", clock(status.seconds_left)),
+            _eta(status),
         ]
         for _ in cells:
             table.add_column(justify="right", no_wrap=True)
@@ -67,6 +74,11 @@ class TrainingView(View):
         limit = " (stops once solved; at most)" if status.may_stop_early else ""
         bar = share_bar(self._console, f"training {self._name}{limit}", status.share_done)
         return Group(bar, table)
+
+
+def _eta(status: TrainingStatus) -> tuple[str, str]:
+    """The time left, and how it is called: it is a bound where training may stop early."""
+    return "ETA ≤" if status.may_stop_early else "ETA", clock(status.seconds_left)
 
 
 class StudyView(View):
@@ -79,7 +91,7 @@ class StudyView(View):
     """
 
     def __init__(self, console: Console, name: str, name_of: Callable[[str], str]) -> None:
-        super().__init__(console, refresh_per_second=2, transient=True)
+        super().__init__(console, refresh_per_second=2, transient=True, at_once=True)
         self._name = name
         self._name_of = name_of
         self._began = time.monotonic()
@@ -98,11 +110,22 @@ class StudyView(View):
             self._best = max(self._best or (recent, ""), (recent, self._name_of(event.digest)))
         if self.is_drawn:
             self.draw(self._state(state))
+        self.say(lambda: self._line(state))
 
-    def _state(self, state: State) -> Group:
+    def _line(self, state: State) -> str:
+        done = f"{state.done} of {state.total} done"
+        failed = f", {len(state.failed)} failed" if state.failed else ""
+        left = self._time_left(state)
+        eta = f", ETA {left}" if left else ""
+        return f"study {self._name}: {state.share:.0%}, {done}{failed}{eta}"
+
+    def _time_left(self, state: State) -> str:
+        """The time left as a clock; "" while there is nothing to estimate it from."""
         gained = state.share - (self._first_share or 0.0)
         passed = time.monotonic() - self._began
-        left = clock((1 - state.share) * passed / gained) if gained > 0.001 else "-"
+        return clock((1 - state.share) * passed / gained) if gained > 0.001 else ""
+
+    def _state(self, state: State) -> Group:
         bar = share_bar(self._console, f"study {self._name}", state.share)
         counts = Table.grid(padding=(0, 2))
         cells = [
@@ -110,7 +133,7 @@ class StudyView(View):
             ("running", str(len(state.running))),
             ("failed", str(len(state.failed))),
             ("restarted", str(state.died)),
-            ("ETA", left),
+            ("ETA", self._time_left(state) or "-"),
         ]
         counts.add_row(*(Text(name, style="dim") for name, _ in cells))
         counts.add_row(*(Text(value, style="bold") for _, value in cells))

@@ -1,8 +1,10 @@
 """Progress bars on a terminal and in a notebook, and stopping cleanly on Ctrl-C."""
 
+import math
 import signal
 import sys
-from collections.abc import Generator
+import time
+from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
 from typing import Self
 
@@ -85,19 +87,29 @@ def stop_on_signals(console: Console) -> Generator[StopSignal]:
         yield stop
 
 
+_SILENCE = 30.0  # seconds between two lines where nothing is drawn
+
+
 class View:
-    """A live display on a terminal or in a notebook; elsewhere it draws nothing.
+    """A live display on a terminal or in a notebook; elsewhere, a line every half minute.
 
     Args:
         console: where to draw.
         refresh_per_second: largest rate of updates.
         transient: whether to remove the display at the end.
+        at_once: whether `say` prints its first line at once.
     """
 
     def __init__(
-        self, console: Console, *, refresh_per_second: float, transient: bool = False
+        self,
+        console: Console,
+        *,
+        refresh_per_second: float,
+        transient: bool = False,
+        at_once: bool = False,
     ) -> None:
         self._console = console
+        self._said = -math.inf if at_once else time.monotonic()
         self._in_notebook = console.is_jupyter and notebook.in_notebook()
         self._live = (
             notebook.Live(refresh_per_second=refresh_per_second, transient=transient)
@@ -114,6 +126,16 @@ class View:
         """Replace the content."""
         if self.is_drawn:
             self._live.update(renderable)
+
+    def say(self, line: Callable[[], str]) -> None:
+        """Print a line, at most every half minute, where nothing is drawn: a file or a log.
+
+        Args:
+            line: makes it.
+        """
+        if not self.is_drawn and time.monotonic() - self._said >= _SILENCE:
+            self._said = time.monotonic()
+            self._console.print(line(), soft_wrap=True)
 
     def __enter__(self) -> Self:
         if self.is_drawn:
@@ -160,11 +182,13 @@ class Counter(View):
         """Count one item as finished."""
         self._bar.advance(self._task)
         self.draw(self._bar)
+        self.say(lambda: count_line(self._bar))
 
     def describe(self, text: str, completed: float) -> None:
         """Set the bar's text and the amount done."""
         self._bar.update(self._task, description=text, completed=completed)
         self.draw(self._bar)
+        self.say(lambda: count_line(self._bar))
 
 
 def count_bar(console: Console, *, percent: bool = False) -> Progress:
@@ -176,3 +200,13 @@ def count_bar(console: Console, *, percent: bool = False) -> Progress:
         TimeRemainingColumn(),
         console=console,
     )
+
+
+def count_line(bar: Progress) -> str:
+    """What a bar shows, as a line of text."""
+    (task,) = bar.tasks
+    done = f"{task.percentage:.0f}%"
+    if task.total != 1.0:
+        done = f"{task.completed:.0f} of {task.total:.0f}"
+    left = task.time_remaining
+    return f"{task.description}: {done}" + ("" if left is None else f", ETA {clock(left)}")
