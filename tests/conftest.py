@@ -14,6 +14,7 @@ from touchdown.core import device
 
 device.start()  # before anything below computes
 os.environ["OMP_NUM_THREADS"] = "1"  # tests run side by side
+os.environ.pop("COLUMNS", None)  # xdist sets it, and output to a file would obey it
 
 import jax  # noqa: E402
 

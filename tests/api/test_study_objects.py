@@ -55,7 +55,12 @@ def test_runs_that_are_there_are_done_and_only_further_seeds_are_missing(tmp_pat
     state = touchdown.run_study(STUDY, results_dir=tmp_path, executor=LocalExecutor(1))
     assert (state.total, state.done, state.failed) == (4, 4, {})
     (more,) = touchdown.study_status(STUDY, seeds=5, results_dir=tmp_path)
-    assert (more.runs, more.done) == (10, 4)
+    assert (more.runs, more.done, more.unfinished) == (10, 4, 0)
+    added = next(run for run in STUDY.runs(5) if run.seed == 4)
+    (tmp_path / "runs" / added.digest).mkdir()
+    (more,) = touchdown.study_status(STUDY, seeds=5, results_dir=tmp_path)
+    assert (more.runs, more.done, more.unfinished) == (10, 4, 1)
+    assert "study run" in more.command
     assert estimate_study(STUDY, results_dir=tmp_path, workers=1).missing == 0
 
 

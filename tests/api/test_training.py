@@ -33,8 +33,8 @@ def test_train_gives_a_finished_run_with_its_baselines(run):
     assert {path.name for path in run.pictures} == {
         "learning-curve.png",
         "flights.png",
-        "landing.gif",
-        "landing.mp4",
+        "flight.gif",
+        "flight.mp4",
     }
     recorded = load_flights(run.path / "flights.safetensors")
     assert {flight.policy for flight in recorded} == {"pilot-0", "pid"}
@@ -124,7 +124,7 @@ def test_other_environments_train_test_and_are_filmed(tmp_path, env_id):
     assert run.evaluation is not None
     assert run.evaluation.env_id == env_id
     assert run.evaluation.summary.threshold == {"Acrobot-v1": -100, "MountainCar-v0": -110}[env_id]
-    assert (run.path / "landing.gif").is_file()
+    assert (run.path / "flight.gif").is_file()
 
 
 def test_running_out_of_memory_says_what_to_make_smaller(tmp_path, monkeypatch):

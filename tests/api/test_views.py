@@ -51,7 +51,7 @@ def test_training_is_drawn_on_a_terminal():
 
 
 def test_a_log_gets_a_line_at_the_start_and_every_half_minute(monkeypatch):
-    seconds = iter((100.0, 100.0, 129.9, 130.0, 130.0, 160.0, 160.0))
+    seconds = iter((100.0, 100.0, 129.9, 130.0, 160.0))
     monkeypatch.setattr(time, "monotonic", lambda: next(seconds))
     file = io.StringIO()
     with TrainingView(Console(file=file, force_jupyter=False, width=40), "swift-0") as view:

@@ -83,7 +83,7 @@ def test_a_verb_that_flies_takes_a_policy(capsys):
 
 
 def test_lists_and_whole_numbers_are_read_in_every_common_form():
-    for sizes in (["64", "32"], ["64,32"], ["64.0", "32"]):
+    for sizes in (["64", "32"], ["64,32"], ["64.0", "32"], ["[64,", "32]"], ["(64, 32)"]):
         verb = parse.parse(["train", "--hidden-sizes", *sizes])
         assert isinstance(verb, Train)
         assert verb.network.hidden_sizes == (64, 32)

@@ -19,7 +19,8 @@ def test_runs_and_show_print_json_for_scripts(finished, capsys):
     assert 'env_id = "CartPole-v1"' in text
     heading = "run preset env seed status episodes env steps minutes test"
     assert heading.split() == text.split()[: len(heading.split())]
-    assert "learning-curve.png" in text
+    assert text.index("learning-curve.png") < text.index("[network]")
+    assert "[rollout]" not in text  # which its algorithm does not use
 
 
 def test_a_list_of_runs_says_where_those_of_studies_are(tmp_path, capsys):

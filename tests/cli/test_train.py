@@ -26,8 +26,8 @@ def test_a_run_ends_with_its_records_results_and_pictures(finished):
         "evaluation.json",
         "checkpoints",
         "learning-curve.png",
-        "landing.gif",
-        "landing.mp4",
+        "flight.gif",
+        "flight.mp4",
     } <= names
     assert not [name for name in names if ".tmp" in name]
 

@@ -3,7 +3,7 @@ import io
 import pytest
 from rich.table import Table
 
-from touchdown.core.terminal import SafeConsole, printable, printable_line
+from touchdown.core.terminal import SafeConsole, make_console, printable, printable_line
 
 HOSTILE = "a\x1b]0;b\x07\x9b31m\x7f\u202ec\udcff"
 
@@ -30,3 +30,10 @@ def test_a_console_prints_markup_and_hostile_names_as_text():
     assert "[red]a␛]0;b␇�31m␡�c�[/]" in shown.splitlines()[3]
     assert "[bold]x[/] 12 /tmp/3 :smile:" in shown
     shown.encode()  # no lone surrogate is left
+
+
+def test_output_to_a_file_is_as_wide_as_the_user_says(monkeypatch):
+    monkeypatch.delenv("COLUMNS", raising=False)
+    assert make_console(on_terminal=False).width == 120
+    monkeypatch.setenv("COLUMNS", "60")
+    assert make_console(on_terminal=False).width == 60

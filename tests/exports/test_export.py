@@ -166,7 +166,7 @@ def test_the_card_has_the_results_for_people_and_for_machines(run, exported):
 
 def test_the_card_says_what_a_user_must_know_and_shows_a_film(tmp_path):
     run = made(tmp_path)
-    Image.new("RGB", (6, 4)).save(run.path / "landing.gif")
+    Image.new("RGB", (6, 4)).save(run.path / "flight.gif")
     export = touchdown.export(run, "safetensors", out=tmp_path / "out")
     assert [path.name for path in export.files] == ["pilot-0.safetensors", "flight.gif", CARD]
     card = (export.folder / CARD).read_text("utf-8")

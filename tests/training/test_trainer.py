@@ -443,6 +443,15 @@ def test_a_run_that_lost_its_tensorboard_events_goes_on(finished, tmp_path):
     assert_same_run(finished, folder)
 
 
+def test_a_run_that_lost_its_checkpoints_is_trained_from_the_start(finished, tmp_path):
+    folder = folders.create(tmp_path, small_config(), "bare")
+    with pytest.raises(Interrupted):
+        train(folder, after(5))
+    shutil.rmtree(folder.checkpoints)
+    train(folder)
+    assert_same_run(finished, folder)
+
+
 def test_two_trainers_never_share_a_run(tmp_path):
     folder = folders.create(tmp_path, small_config(), "shared")
     first = Trainer(folder)

@@ -24,7 +24,7 @@ class TrainingView(View):
     """
 
     def __init__(self, console: Console, name: str) -> None:
-        super().__init__(console, refresh_per_second=4, transient=True, at_once=True)
+        super().__init__(console, refresh_per_second=4, transient=True)
         self._name = name
         self._phase = count_bar(console)
 
@@ -36,7 +36,8 @@ class TrainingView(View):
             lambda: (
                 f"training {self._name}: {status.share_done:.0%}, {status.env_steps:,} env steps, "
                 f"mean return of 100 episodes {status.recent_return:.0f}, {' '.join(_eta(status))}"
-            )
+            ),
+            at_once=True,
         )
 
     def phase(self, text: str, count: int) -> None:
@@ -91,7 +92,7 @@ class StudyView(View):
     """
 
     def __init__(self, console: Console, name: str, name_of: Callable[[str], str]) -> None:
-        super().__init__(console, refresh_per_second=2, transient=True, at_once=True)
+        super().__init__(console, refresh_per_second=2, transient=True)
         self._name = name
         self._name_of = name_of
         self._began = time.monotonic()
@@ -110,7 +111,7 @@ class StudyView(View):
             self._best = max(self._best or (recent, ""), (recent, self._name_of(event.digest)))
         if self.is_drawn:
             self.draw(self._state(state))
-        self.say(lambda: self._line(state))
+        self.say(lambda: self._line(state), at_once=True)
 
     def _line(self, state: State) -> str:
         done = f"{state.done} of {state.total} done"

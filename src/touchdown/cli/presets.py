@@ -50,7 +50,7 @@ class Presets:
             print_json(toml.to_dict(config))
             return
         print_line(console, f"# {presets.DESCRIPTIONS[self.name]}")
-        print_line(console, toml.to_toml(config))
+        print_line(console, toml.usable_to_toml(config))
 
 
 def _listing(listed: Sequence[Mapping[str, str]]) -> str:

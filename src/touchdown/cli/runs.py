@@ -45,7 +45,7 @@ class Runs:
 
 @dataclass(frozen=True, kw_only=True)
 class Show:
-    """Show one run: its settings, results and the paths of its pictures."""
+    """Show one run: its results, the paths of its pictures, and its settings."""
 
     name: Annotated[Positional[RunName], arg(metavar="RUN")]
     json: Json = False
@@ -69,11 +69,11 @@ class Show:
             print_json({**facts, "config": toml.to_dict(run.config), "pictures": pictures})
             return
         console.print(tables.runs_table([facts], console.width))
-        console.print(toml.to_toml(run.config), soft_wrap=True)
         evaluated = evaluations_of(run)
         if evaluated:
             console.print(table.evaluation_table(evaluated))
         print_indented(console, pictures)
+        print_line(console, f"\n{toml.usable_to_toml(run.config).rstrip()}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,4 +98,6 @@ class Compare:
         page = studies.compare(
             self.names, out=self.out, force=self.force, runs_dir=self.runs_dir, console=console
         )
+        if len(self.names) == 1:
+            print_line(console, "the page shows one run; name several to compare them")
         print_indented(console, [page])

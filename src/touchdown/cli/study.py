@@ -115,6 +115,8 @@ class StudyStatus:
             print_indented(console, [f"{name}: {why}" for name, why in each.failed.items()])
             if each.error is not None:
                 print_indented(console, [f"{each.name}: {each.error}"])
+        for command in dict.fromkeys(each.command for each in found if each.command):
+            print_line(console, f"run the rest: {command}")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -89,14 +89,14 @@ def studies_table(found: Sequence[Any]) -> Table:
     """One row per study: how many of its runs are done."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("study", overflow="fold")
-    for name in ("runs", "done", "failed", "missing"):
+    for name in ("runs", "done", "unfinished", "failed", "not started"):
         table.add_column(name, justify="right", no_wrap=True)
     for each in found:
         if each.error is not None:
-            table.add_row(Text(each.name), *"????")
+            table.add_row(Text(each.name), *"?????")
             continue
-        missing = each.runs - each.done - len(each.failed)
-        cells = (each.runs, each.done, len(each.failed), missing)
+        begun = each.done, each.unfinished, len(each.failed)
+        cells = (each.runs, *begun, each.runs - sum(begun))
         table.add_row(each.name, *map(str, cells))
     return table
 

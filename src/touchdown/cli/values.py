@@ -1,5 +1,6 @@
 """How the text of a flag's value becomes a number, a choice or a list, and how it is refused."""
 
+import re
 import typing
 from collections.abc import Callable, Sequence
 from typing import Any, Literal
@@ -72,6 +73,13 @@ def _reader_of(kind: Any) -> Callable[[str], Any] | None:
     return _choice(choices_of(kind)) if typing.get_origin(kind) is Literal else None
 
 
+def _parts(words: Sequence[str]) -> list[str]:
+    """The values of a list: `64 64`, `64,64`, or `[64, 64]` as in Python."""
+    text = " ".join(words).strip()
+    inner = text.strip("[( )]")
+    return [] if text and not inner else re.split(r"\s*,\s*|\s+", inner)
+
+
 def _rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
     kind = without_none(info.type)
     may_be_none = kind is not info.type
@@ -83,9 +91,7 @@ def _rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
     def from_words(words: list[str]) -> Any:
         if may_be_none and words == ["None"]:
             return None
-        # both `64 64` and `64,64`
-        parts = [part for word in words for part in word.split(",")] if many else words
-        values = [read(part) for part in parts]
+        values = [read(part) for part in (_parts(words) if many else words)]
         return tuple(values) if many else values[0]
 
     return PrimitiveConstructorSpec(

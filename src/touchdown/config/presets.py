@@ -3,6 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
+from touchdown.config import synonyms
 from touchdown.config.config import Config
 from touchdown.config.sections import (
     ExplorationConfig,
@@ -332,6 +333,11 @@ def preset(name: str) -> Config:
     Raises:
         UserError: there is none.
     """
+    if name.lower() in synonyms.OTHER_ALGORITHMS:
+        raise UserError(
+            f"preset {name!r}: touchdown trains by Q-learning only, and `touchdown presets` lists "
+            "what it has; it also flies policies of Stable-Baselines3 and CleanRL"
+        )
     if name not in PRESETS:
         raise UserError(
             f"preset {name!r}: unknown; {hint(name, PRESETS, '`touchdown presets` lists them')}"

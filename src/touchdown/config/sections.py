@@ -204,7 +204,7 @@ class TableConfig:
     """The table of action values (Algorithm 1), and how Box observations are binned into states."""
 
     bins: tuple[int, ...] = ()
-    """Number of equal-width bins in each dimension of a Box; () for a Discrete environment."""
+    """Number of equal-width bins in each dimension of a Box; none for a Discrete environment."""
     bins_low: tuple[float, ...] = ()
     """Lower edge of the first bin in each dimension; lower values fall into that bin. () uses the
     environment's bounds."""

@@ -61,6 +61,9 @@ FLAGS: Mapping[str, tuple[str, ...]] = {
 }
 """Flags by what they are called elsewhere, each with what to type; the first that exists counts."""
 
+OTHER_ALGORITHMS = frozenset(("ppo", "a2c", "a3c", "sac", "td3", "ddpg", "trpo", "reinforce"))
+"""Algorithms of other libraries that learn no action values."""
+
 
 def flag_for(name: str, flags: Collection[str]) -> str | None:
     """What to type for a flag or setting that other programs call `name`; None if nothing.

@@ -93,13 +93,13 @@ def start() -> None:
 def _start(device: Device) -> None:
     import jax  # noqa: PLC0415 - it reads XLA_FLAGS when it starts, and takes a second to load
 
-    jax.config.update("jax_platforms", "cpu" if device == "cpu" else None)
-    _keep_compilations(jax.config)
-    # passing each small call to another thread costs more than the call
-    jax.config.update("jax_cpu_enable_async_dispatch", False)  # noqa: FBT003
     if _started_in:
         _check_process()
     else:
+        jax.config.update("jax_platforms", "cpu" if device == "cpu" else None)
+        _keep_compilations(jax.config)
+        # passing each small call to another thread costs more than the call
+        jax.config.update("jax_cpu_enable_async_dispatch", False)  # noqa: FBT003
         _started_in.append(os.getpid())
     try:
         jax.devices(device)

@@ -97,19 +97,14 @@ class View:
         console: where to draw.
         refresh_per_second: largest rate of updates.
         transient: whether to remove the display at the end.
-        at_once: whether `say` prints its first line at once.
     """
 
     def __init__(
-        self,
-        console: Console,
-        *,
-        refresh_per_second: float,
-        transient: bool = False,
-        at_once: bool = False,
+        self, console: Console, *, refresh_per_second: float, transient: bool = False
     ) -> None:
         self._console = console
-        self._said = -math.inf if at_once else time.monotonic()
+        self._began = time.monotonic()
+        self._said: float | None = None
         self._in_notebook = console.is_jupyter and notebook.in_notebook()
         self._live = (
             notebook.Live(refresh_per_second=refresh_per_second, transient=transient)
@@ -127,14 +122,19 @@ class View:
         if self.is_drawn:
             self._live.update(renderable)
 
-    def say(self, line: Callable[[], str]) -> None:
+    def say(self, line: Callable[[], str], *, at_once: bool = False) -> None:
         """Print a line, at most every half minute, where nothing is drawn: a file or a log.
 
         Args:
             line: makes it.
+            at_once: whether the first line may come at once.
         """
-        if not self.is_drawn and time.monotonic() - self._said >= _SILENCE:
-            self._said = time.monotonic()
+        if self.is_drawn:
+            return
+        now = time.monotonic()
+        last = -math.inf if at_once and self._said is None else self._said or self._began
+        if now - last >= _SILENCE:
+            self._said = now
             self._console.print(line(), soft_wrap=True)
 
     def __enter__(self) -> Self:

@@ -1,5 +1,6 @@
 """What a terminal shows: text from anywhere, without the characters that control it."""
 
+import os
 import re
 from collections.abc import Iterable
 from typing import Any
@@ -81,5 +82,5 @@ def make_console(*, on_terminal: bool, stderr: bool = False, quiet: bool = False
         stderr: whether to print on standard error.
         quiet: whether to print nothing.
     """
-    width = None if on_terminal else _PIPE_WIDTH
+    width = None if on_terminal or "COLUMNS" in os.environ else _PIPE_WIDTH
     return SafeConsole(width=width, stderr=stderr, quiet=quiet)

@@ -40,10 +40,10 @@ class Agreement:
     def __str__(self) -> str:
         """A sentence that starts with the number of actions that agree."""
         agreeing = self.observations - self.differing
+        rest = "; in the rest, the two best values are equal up to rounding"
         return (
-            f"{agreeing:,} of {self.observations:,} actions agree with touchdown's "
-            f"({self.differing} differ, of {self.close} whose two best values are within rounding, "
-            f"{self.tolerance:.2g}, of each other)"
+            f"{agreeing:,} of {self.observations:,} actions agree with touchdown's"
+            f"{rest if self.differing else ''}"
         )
 
 

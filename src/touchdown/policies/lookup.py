@@ -7,6 +7,7 @@ from pathlib import Path
 from touchdown.config import checks
 from touchdown.control.pid import PIDPolicy
 from touchdown.core.errors import UserError
+from touchdown.core.names import check_misspelt
 from touchdown.envs import environment
 from touchdown.lander import rules
 from touchdown.policies import names
@@ -87,6 +88,7 @@ def _baseline(name: str, env_id: str) -> NamedPolicy:
 
 
 def _from_file(path: Path, env_id: str, vecnormalize: str | None) -> NamedPolicy:
+    check_misspelt(path)
     match path.suffix:
         case ".toml":
             return NamedPolicy(path.stem, PIDPolicy(read_pid(path)), rules.LANDER_IDS[0])

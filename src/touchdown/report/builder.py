@@ -77,7 +77,7 @@ class Builder:
         return Section(
             id=name,
             title=title,
-            lead=lead + _gaps(results),
+            lead=" ".join((*filter(None, [lead]), *_gaps(results))),
             claims=tables.claim_rows(decisions),
             pictures=tuple(shown),
             films=shot,
@@ -124,11 +124,11 @@ class Builder:
         )
 
 
-def _gaps(results: StudyResults) -> str:
+def _gaps(results: StudyResults) -> list[str]:
     gaps: list[str] = []
     if results.missing:
-        gaps.append(f" {results.missing} of {results.planned} runs are not done yet.")
+        gaps.append(f"{results.missing} of {results.planned} runs are not done yet.")
     if results.failed:
         reasons = "; ".join(sorted(set(results.failed.values())))
-        gaps.append(f" {len(results.failed)} runs failed: {reasons}.")
-    return "".join(gaps)
+        gaps.append(f"{len(results.failed)} runs failed: {reasons}.")
+    return gaps

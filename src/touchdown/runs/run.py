@@ -22,7 +22,7 @@ from touchdown.runs.rows import EpisodeRow
 from touchdown.stats.summary import Summary
 
 CURVE, FLIGHTS, POLICY = "learning-curve.png", "flights.png", "policy.png"
-GIF, MP4 = "landing.gif", "landing.mp4"
+GIF, MP4 = "flight.gif", "flight.mp4"
 PICTURES = (CURVE, FLIGHTS, POLICY, GIF, MP4)
 _DONE = CURVE  # the last file that a run writes
 _MOST_BYTES = 4_000_000  # per picture in a notebook; a run's own pictures are smaller

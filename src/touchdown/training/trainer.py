@@ -85,6 +85,7 @@ class Trainer:
         self._agent: Agent = make_agent(config, self._pool.spaces, self._streams)
         self._budget = Budget(config.training)
         self._progress = checkpoint.Progress(next_validation=config.training.validation_period)
+        folder.checkpoints.mkdir(exist_ok=True)  # a user may have deleted them to save space
         temporaries.remove_temporaries([folder.path, folder.checkpoints])
         restored = checkpoint.restore_newest(
             folder.checkpoints, config.digest, self._agent, self._streams

@@ -29,9 +29,13 @@ class StudyProgress:
     """Trained and tested."""
     failed: dict[str, str]
     """The reason of each failure, by the name of the run."""
+    unfinished: int = 0
+    """Started and saved, but neither done nor failed."""
     unrecorded: int = 0
     """Done runs without recorded flights, because an earlier version ran them; `study run` records
     the flights without training again."""
+    command: str = ""
+    """What runs the rest; "" if all is done."""
     error: str | None = None
     """Why its runs are not known, for example because its file was moved."""
 
@@ -85,8 +89,16 @@ def _progress_of(
     groups += [("baselines", selection.baselines)] if selection.baselines else []
     for label, jobs in groups:
         missing = {job.digest for job in store.without_results(jobs)}
-        failed = {names[d]: failures[d] for d in sorted(missing) if d in failures}
-        unrecorded = len(store.unrecorded(jobs))
-        done = len(jobs) - len(missing)
-        found.append(StudyProgress(label, len(jobs), done, failed, unrecorded))
+        begun = {digest for digest in missing if (store.runs / digest).is_dir()}
+        found.append(
+            StudyProgress(
+                name=label,
+                runs=len(jobs),
+                done=len(jobs) - len(missing),
+                failed={names[d]: failures[d] for d in sorted(missing) if d in failures},
+                unfinished=len(begun - failures.keys()),
+                unrecorded=len(store.unrecorded(jobs)),
+                command=selection.command(store) if missing else "",
+            )
+        )
     return found
