@@ -45,32 +45,39 @@ inline void backward(const Network& network, const float* params, const Workspac
   }
 }
 
+// The gradient of a linear layer from that of its outputs, in panels, and its inputs, in samples.
 inline void linear_gradient(const Linear& linear, const float* grad, const float* in, int panels,
                             float* gradient) {
   const std::ptrdiff_t grad_panel = static_cast<std::ptrdiff_t>(linear.out) * kPanel;
-  sum_outer_products(grad, grad_panel, linear.out, in,
-                     static_cast<std::ptrdiff_t>(linear.in) * kPanel, linear.in, panels,
-                     gradient + linear.weight);
-  sum_samples(grad, grad_panel, linear.out, panels, gradient + linear.bias);
+  sum_outer_products(grad, grad_panel, linear.out, in, linear.in, panels, gradient + linear.weight);
+  sum_samples(linear.out, panels, gradient + linear.bias, [&](int panel, int f) {
+    const float* const from = grad + panel * grad_panel + f * kPanel;
+    return load(from) + load(from + kWidth);
+  });
 }
 
 // The gradient of all parameters over the whole minibatch, from what the forward and the backward
 // pass of its panels have stored.
 inline void parameter_gradient(const Network& network, const Workspace& w, int panels) {
-  const float* in = w.inputs;
+  const float* in = w.input_samples;
+  // In the order of the parameters: a weight gradient spills into what lies behind it.
   for (int i = 0; i < network.num_hidden; ++i) {
     const Hidden& layer = network.hidden[i];
+    const int features = layer.linear.out;
     linear_gradient(layer.linear, w.features_grad[i], in, panels, w.gradient);
     if (network.layer_norm) {
-      const std::ptrdiff_t grad_panel = static_cast<std::ptrdiff_t>(layer.linear.out) * kPanel;
-      sum_samples(w.norm_grad[i], grad_panel, layer.linear.out, panels, w.gradient + layer.shift);
-      for (int f = 0; f < layer.linear.out; ++f) {
-        outer_products_tile<1, 1>(w.norm_grad[i] + f * kPanel, grad_panel,
-                                  w.normalized[i] + f * kPanel, grad_panel, panels,
-                                  w.gradient + layer.gain + f, 1);
-      }
+      const float *const grad = w.norm_grad[i], *const normalized = w.normalized[i];
+      sum_samples(features, panels, w.gradient + layer.gain, [&](int panel, int f) {
+        const std::ptrdiff_t at = (static_cast<std::ptrdiff_t>(panel) * features + f) * kPanel;
+        return load(grad + at) * load(normalized + at) +
+               load(grad + at + kWidth) * load(normalized + at + kWidth);
+      });
+      sum_samples(features, panels, w.gradient + layer.shift, [&](int panel, int f) {
+        const std::ptrdiff_t at = (static_cast<std::ptrdiff_t>(panel) * features + f) * kPanel;
+        return load(grad + at) + load(grad + at + kWidth);
+      });
     }
-    in = w.features[i];
+    in = w.feature_samples[i];
   }
   if (network.dueling) linear_gradient(network.value, w.value_grad, in, panels, w.gradient);
   linear_gradient(network.advantage, w.advantage_grad, in, panels, w.gradient);

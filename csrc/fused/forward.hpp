@@ -14,17 +14,19 @@ namespace touchdown::fused {
 namespace TOUCHDOWN_KERNEL {
 
 // Copies the observations of `live` samples from number `first` on into a panel [D][kPanel]; the
-// columns beyond them are zero.
+// columns beyond them are zero. Copies them as they are too, to `rows` [kPanel][padded(D)], unless
+// it is null.
 inline void gather(const float* observations, const Samples& samples, std::ptrdiff_t first,
-                   int live, int num_observations, float* panel) {
+                   int live, int num_observations, float* panel, float* rows) {
   for (int c = 0; c < kPanel; ++c) {
-    if (c >= live) {
-      for (int d = 0; d < num_observations; ++d) panel[d * kPanel + c] = 0.0f;
-      continue;
-    }
-    const std::ptrdiff_t index = samples.order ? samples.order[first + c] : first + c;
+    const std::ptrdiff_t number = first + (c < live ? c : 0);
+    const std::ptrdiff_t index = samples.order ? samples.order[number] : number;
     const float* const observation = observations + index * samples.observation_stride;
-    for (int d = 0; d < num_observations; ++d) panel[d * kPanel + c] = observation[d];
+    for (int d = 0; d < num_observations; ++d) {
+      const float value = c < live ? observation[d] : 0.0f;
+      panel[d * kPanel + c] = value;
+      if (rows) rows[c * padded(num_observations) + d] = value;
+    }
   }
 }
 
@@ -44,12 +46,11 @@ inline void forward(const Network& network, const float* params, float* in, floa
   head_forward(network, params, in, state_value, q);
 }
 
-// Q(s,·) of the inputs of one panel into `q_tm1`, storing all activations that the backward pass
-// needs.
+// Q(s,·) of `inputs`, those of one panel, into `q_tm1`, storing all activations that the backward
+// pass needs.
 inline void forward_storing_activations(const Network& network, const float* params,
                                         const Workspace& w, int panel) {
-  const float* in =
-      w.inputs + static_cast<std::ptrdiff_t>(panel) * network.num_observations * kPanel;
+  const float* in = w.inputs;
   for (int i = 0; i < network.num_hidden; ++i) {
     const Hidden& layer = network.hidden[i];
     const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(panel) * layer.linear.out * kPanel;
@@ -60,6 +61,8 @@ inline void forward_storing_activations(const Network& network, const float* par
                          w.normalized[i] + at, w.inverse_sigma[i] + panel * kPanel);
     }
     relu(out, layer.linear.out);
+    to_samples(out, layer.linear.out,
+               w.feature_samples[i] + panel * kPanel * padded(layer.linear.out));
     in = out;
   }
   head_forward(network, params, in, w.state_value, w.q_tm1);

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstddef>
+#include <type_traits>
 
 #include "fused/vector.hpp"
 
@@ -40,85 +41,113 @@ inline void multiply_rows(const float* a, std::ptrdiff_t row, std::ptrdiff_t col
   }
 }
 
+// Calls `tile` with the first row and, as a compile-time constant, the number of rows of each tile.
+// Tiles are as equal as possible: a small one left over would wait for its own sums.
+template <int kMost, typename Tile>
+inline void for_each_tile(int rows, const Tile& tile) {
+  const auto call = [&]<int kRows>(const auto& self, std::integral_constant<int, kRows> size,
+                                   int wanted, int first) {
+    if (wanted == kRows) {
+      tile(first, size);
+    } else if constexpr (kRows > 1) {
+      self(self, std::integral_constant<int, kRows - 1>{}, wanted, first);
+    }
+  };
+  const int tiles = (rows + kMost - 1) / kMost;
+  for (int i = 0, first = 0; i < tiles; ++i) {
+    const int taken = (rows - first + tiles - i - 1) / (tiles - i);
+    call(call, std::integral_constant<int, kMost>{}, taken, first);
+    first += taken;
+  }
+}
+
 // out = start + A·B for one panel, [rows][kPanel]; no `start` is zero.
 inline void multiply(const float* a, std::ptrdiff_t row, std::ptrdiff_t column, const float* b,
                      int rows, int depth, const float* start, float* out) {
-  int m = 0;
-  const auto next = [&](int taken) {
-    m += taken;
-    a += taken * row;
-    out += taken * kPanel;
-    if (start) start += taken;
-  };
-  while (m + kTileRows <= rows) {
-    multiply_rows<kTileRows>(a, row, column, b, depth, start, out);
-    next(kTileRows);
-  }
-  while (m + 2 <= rows) {
-    multiply_rows<2>(a, row, column, b, depth, start, out);
-    next(2);
-  }
-  if (m < rows) multiply_rows<1>(a, row, column, b, depth, start, out);
+  for_each_tile<kTileRows>(rows, [&]<int kRows>(int m, std::integral_constant<int, kRows>) {
+    multiply_rows<kRows>(a + m * row, row, column, b, depth, start ? start + m : nullptr,
+                         out + m * kPanel);
+  });
 }
 
-// kRows × kColumns elements of out[row][column] = Σ over all samples of a[row]·b[column]. The
-// panels of `a` are `a_panel` floats apart, those of `b` `b_panel`.
+// The floats of a sample in an array of samples one behind the other: whole vectors.
+inline std::ptrdiff_t padded(int features) { return (features + kWidth - 1) / kWidth * kWidth; }
+
+// From a panel to its samples one behind the other, [kPanel][padded(features)]; the padding is
+// undefined.
+inline void to_samples(const float* panel, int features, float* samples) {
+  const std::ptrdiff_t sample = padded(features);
+  for (int half = 0; half < kPanel; half += kWidth, samples += kWidth * sample) {
+    for (int f = 0; f < features; f += kWidth) {
+      Vector block[kWidth];
+      for (int i = 0; i < kWidth; ++i) {
+        // beyond the last feature, any row will do
+        const int from = f + i < features ? f + i : features - 1;
+        block[i] = load(panel + from * kPanel + half);
+      }
+      transpose(block);
+      for (int i = 0; i < kWidth; ++i) store(samples + i * sample + f, block[i]);
+    }
+  }
+}
+
+// kRows × (kColumns vectors) elements of out[row][column] = Σ over all samples of a[row]·b[column].
+// The panels of `a` are `a_panel` floats apart, the samples of `b` `sample`.
 template <int kRows, int kColumns>
 inline void outer_products_tile(const float* a, std::ptrdiff_t a_panel, const float* b,
-                                std::ptrdiff_t b_panel, int panels, float* out,
-                                std::ptrdiff_t row) {
+                                std::ptrdiff_t sample, int panels, float* out, std::ptrdiff_t row) {
   Vector total[kRows][kColumns] = {};
-  for (int panel = 0; panel < panels; ++panel, a += a_panel, b += b_panel) {
-    for (int half = 0; half < kPanel; half += kWidth) {
+  for (int panel = 0; panel < panels; ++panel, a += a_panel) {
+    for (int c = 0; c < kPanel; ++c, b += sample) {
       Vector columns[kColumns];
-      for (int n = 0; n < kColumns; ++n) columns[n] = load(b + n * kPanel + half);
+      for (int n = 0; n < kColumns; ++n) columns[n] = load(b + n * kWidth);
       for (int m = 0; m < kRows; ++m) {
-        const Vector factor = load(a + m * kPanel + half);
+        const Vector factor = broadcast(a[m * kPanel + c]);
         for (int n = 0; n < kColumns; ++n) total[m][n] += factor * columns[n];
       }
     }
   }
   for (int m = 0; m < kRows; ++m) {
-    for (int n = 0; n < kColumns; ++n) out[m * row + n] = sum(total[m][n]);
-  }
-}
-
-template <int kRows>
-inline void outer_products_rows(const float* a, std::ptrdiff_t a_panel, const float* b,
-                                std::ptrdiff_t b_panel, int panels, int columns, float* out,
-                                std::ptrdiff_t row) {
-  int n = 0;
-  for (; n + 3 <= columns; n += 3) {
-    outer_products_tile<kRows, 3>(a, a_panel, b + n * kPanel, b_panel, panels, out + n, row);
-  }
-  for (; n < columns; ++n) {
-    outer_products_tile<kRows, 1>(a, a_panel, b + n * kPanel, b_panel, panels, out + n, row);
+    for (int n = 0; n < kColumns; ++n) store(out + m * row + n * kWidth, total[m][n]);
   }
 }
 
 // out[rows][columns] = Σ over all samples of a[row]·b[column]: a linear layer's weight gradient.
+// `a` is in panels and `b` in samples, so that no vector has to be summed. Overwrites up to a
+// vector of floats behind `out`.
 inline void sum_outer_products(const float* a, std::ptrdiff_t a_panel, int rows, const float* b,
-                               std::ptrdiff_t b_panel, int columns, int panels, float* out) {
-  int m = 0;
-  for (; m + 4 <= rows; m += 4) {
-    outer_products_rows<4>(a + m * kPanel, a_panel, b, b_panel, panels, columns, out + m * columns,
-                           columns);
-  }
-  for (; m < rows; ++m) {
-    outer_products_rows<1>(a + m * kPanel, a_panel, b, b_panel, panels, columns, out + m * columns,
-                           columns);
-  }
+                               int columns, int panels, float* out) {
+  const std::ptrdiff_t sample = padded(columns);
+  for_each_tile<kTileRows>(rows, [&]<int kRows>(int m, std::integral_constant<int, kRows>) {
+    // From the last column to the first, because the last vector of a row spills into the next row.
+    std::ptrdiff_t n = sample;
+    float* const to = out + static_cast<std::ptrdiff_t>(m) * columns;
+    if (n / kWidth % 2 == 1) {
+      n -= kWidth;
+      outer_products_tile<kRows, 1>(a + m * kPanel, a_panel, b + n, sample, panels, to + n,
+                                    columns);
+    }
+    while (n > 0) {
+      n -= 2 * kWidth;
+      outer_products_tile<kRows, 2>(a + m * kPanel, a_panel, b + n, sample, panels, to + n,
+                                    columns);
+    }
+  });
 }
 
-// out[row] = Σ over all samples of a[row]: a bias gradient.
-inline void sum_samples(const float* a, std::ptrdiff_t a_panel, int rows, int panels, float* out) {
-  for (int m = 0; m < rows; ++m) {
-    Vector left{}, right{};
-    for (int panel = 0; panel < panels; ++panel) {
-      left += load(a + panel * a_panel + m * kPanel);
-      right += load(a + panel * a_panel + m * kPanel + kWidth);
+// out[row] = Σ over all samples of term(p, row), where p is a panel and the term its vector.
+template <typename Term>
+inline void sum_samples(int rows, int panels, float* out, const Term& term) {
+  for (int m = 0; m < rows; m += kWidth) {
+    const int live = rows - m < kWidth ? rows - m : kWidth;
+    Vector total[kWidth] = {};
+    for (int i = 0; i < live; ++i) {
+      for (int panel = 0; panel < panels; ++panel) total[i] += term(panel, m + i);
     }
-    out[m] = sum(left + right);
+    transpose(total);
+    Vector sums = total[0];
+    for (int i = 1; i < kWidth; ++i) sums += total[i];
+    for (int i = 0; i < live; ++i) out[m + i] = sums[i];
   }
 }
 

@@ -39,7 +39,7 @@ void values(const Network& network, const float* params, const float* observatio
   samples.observation_stride = num_observations;
   for (std::ptrdiff_t first = 0; first < count; first += kPanel) {
     const int live = count - first < kPanel ? static_cast<int>(count - first) : kPanel;
-    gather(observations, samples, first, live, num_observations, in);
+    gather(observations, samples, first, live, num_observations, in, nullptr);
     forward(network, params, in, out, state_value, panel_q);
     for (int c = 0; c < live; ++c) {
       for (int a = 0; a < num_actions; ++a) {
@@ -60,14 +60,14 @@ Metrics update(const Network& network, const Rule& rule, const Learner& learner,
   for (int panel = 0; panel < panels; ++panel) {
     const int begin = panel * kPanel;
     const int live = batch_size - begin < kPanel ? batch_size - begin : kPanel;
-    gather(samples.o_tm1, samples, first + begin, live, num_observations,
-           w.inputs + static_cast<std::ptrdiff_t>(panel) * num_observations * kPanel);
+    gather(samples.o_tm1, samples, first + begin, live, num_observations, w.inputs,
+           w.input_samples + begin * padded(num_observations));
     forward_storing_activations(network, learner.online, w, panel);
     if (samples.o_t) {
-      gather(samples.o_t, samples, first + begin, live, num_observations, w.scratch[0]);
+      gather(samples.o_t, samples, first + begin, live, num_observations, w.scratch[0], nullptr);
       forward(network, bootstrap, w.scratch[0], w.scratch[1], w.state_value, w.q_t);
       if (rule.double_q) {
-        gather(samples.o_t, samples, first + begin, live, num_observations, w.scratch[0]);
+        gather(samples.o_t, samples, first + begin, live, num_observations, w.scratch[0], nullptr);
         forward(network, learner.online, w.scratch[0], w.scratch[1], w.state_value, w.q_t_selector);
       }
     }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstring>
+#include <utility>
 
 #include "simd/kernel_target.hpp"
 
@@ -27,21 +28,45 @@ inline void store(float* to, Vector vector) { std::memcpy(to, &vector, sizeof ve
 // Subtracting 0 leaves every value as it is, even the sign of a zero, and compilers know it.
 inline Vector broadcast(float value) { return value - Vector{}; }
 
-typedef float Four __attribute__((vector_size(16), may_alias));
+// Two vectors' elements chosen by number; the second one's begin at kWidth.
+template <int... kIndices>
+inline Vector chosen(Vector a, Vector b, std::integer_sequence<int, kIndices...>) {
+#if defined(__clang__) || __GNUC__ >= 12
+  return __builtin_shufflevector(a, b, kIndices...);
+#else
+  typedef int Indices __attribute__((vector_size(kWidth * 4)));
+  return __builtin_shuffle(a, b, Indices{kIndices...});
+#endif
+}
 
-inline Four sum_to_four(Vector vector) {
-  Four parts[kWidth / 4];
-  std::memcpy(parts, &vector, sizeof parts);
-  for (int half = kWidth / 8; half > 0; half /= 2) {
-    for (int i = 0; i < half; ++i) parts[i] += parts[i + half];
+// Element i of the result is element i of `a` if i has the bit, of `b`, kBit before it, otherwise.
+template <int kBit, bool kUpper, int... kLanes>
+inline Vector exchanged(Vector a, Vector b, std::integer_sequence<int, kLanes...>) {
+  return chosen(a, b,
+                std::integer_sequence<int, ((kLanes & kBit) ? kLanes + kWidth - (kUpper ? 0 : kBit)
+                                                            : kLanes + (kUpper ? kBit : 0))...>{});
+}
+
+// Transposes a square of kWidth vectors in place, exchanging blocks of kBit, kBit / 2, ...
+// elements.
+template <int kBit = kWidth / 2>
+inline void transpose(Vector* rows) {
+  constexpr auto lanes = std::make_integer_sequence<int, kWidth>{};
+  for (int i = 0; i < kWidth; ++i) {
+    if (i & kBit) continue;
+    const Vector a = rows[i], b = rows[i + kBit];
+    rows[i] = exchanged<kBit, false>(a, b, lanes);
+    rows[i + kBit] = exchanged<kBit, true>(a, b, lanes);
   }
-  return parts[0];
+  if constexpr (kBit > 1) transpose<kBit / 2>(rows);
 }
 
 // The sum of a vector's elements.
 inline float sum(Vector vector) {
-  const Four four = sum_to_four(vector);
-  return (four[0] + four[2]) + (four[1] + four[3]);
+  for (int width = kWidth; width > 1; width /= 2) {
+    for (int i = 0; i < width / 2; ++i) vector[i] += vector[i + width / 2];
+  }
+  return vector[0];
 }
 
 }  // namespace TOUCHDOWN_KERNEL

@@ -100,12 +100,78 @@ TEST("a dueling head's gradient goes whole to the value and without its mean to 
   CHECK_EQUAL(column(advantage, 1), -2.0f);
 }
 
-TEST("a weight gradient is the sum of outer products over all panels") {
-  // two panels of ones: each entry counts the samples
-  const std::vector<float> ones(2 * 3 * kPanel, 1.0f);
-  std::vector<float> out(9);
-  sum_outer_products(ones.data(), 3 * kPanel, 3, ones.data(), 3 * kPanel, 3, 2, out.data());
-  for (const float entry : out) CHECK_EQUAL(entry, 2.0f * kPanel);
+// A panel's element, which is different for each panel, feature and sample.
+float element(int panel, int feature, int sample) {
+  return static_cast<float>((7 * panel + 3 * feature + sample) % 11 - 5);
+}
+
+std::vector<float> panels_of(int panels, int features) {
+  std::vector<float> all;
+  for (int p = 0; p < panels; ++p) {
+    for (int f = 0; f < features; ++f) {
+      for (int c = 0; c < kPanel; ++c) all.push_back(element(p, f, c));
+    }
+  }
+  return all;
+}
+
+TEST("a panel becomes its samples, one behind the other") {
+  const int features = kWidth + 3;
+  const std::vector<float> panel = panels_of(1, features);
+  const std::ptrdiff_t sample = padded(features);
+  CHECK_EQUAL(sample, static_cast<std::ptrdiff_t>(2 * kWidth));
+  std::vector<float> samples(static_cast<std::size_t>(kPanel * sample));
+  to_samples(panel.data(), features, samples.data());
+  for (int c = 0; c < kPanel; ++c) {
+    for (int f = 0; f < features; ++f) {
+      CHECK_EQUAL(samples[static_cast<std::size_t>(c * sample + f)], element(0, f, c));
+    }
+  }
+}
+
+TEST("a weight gradient is the sum of outer products over all panels, whatever its size") {
+  for (const int rows : {1, kTileRows, 2 * kTileRows + 1}) {
+    for (const int columns : {1, kWidth, 2 * kWidth + 3}) {
+      const std::vector<float> grad = panels_of(2, rows), in = panels_of(2, columns);
+      const std::ptrdiff_t sample = padded(columns);
+      std::vector<float> samples(static_cast<std::size_t>(2 * kPanel * sample));
+      for (int p = 0; p < 2; ++p) {
+        to_samples(in.data() + p * columns * kPanel, columns, samples.data() + p * kPanel * sample);
+      }
+      const auto size = static_cast<std::size_t>(rows * columns);
+      std::vector<float> out(size + kWidth + 1, -1.0f);
+      sum_outer_products(grad.data(), static_cast<std::ptrdiff_t>(rows) * kPanel, rows,
+                         samples.data(), columns, 2, out.data());
+      CHECK_EQUAL(out[size + kWidth], -1.0f);  // it spills over no further
+      for (int m = 0; m < rows; ++m) {
+        for (int n = 0; n < columns; ++n) {
+          float wanted = 0.0f;
+          for (int p = 0; p < 2; ++p) {
+            for (int c = 0; c < kPanel; ++c) wanted += element(p, m, c) * element(p, n, c);
+          }
+          CHECK_EQUAL(out[static_cast<std::size_t>(m * columns + n)], wanted);
+        }
+      }
+    }
+  }
+}
+
+TEST("a bias gradient is the sum over all samples") {
+  const int rows = kWidth + 1;
+  const std::vector<float> grad = panels_of(2, rows);
+  std::vector<float> out(rows + 1, -1.0f);
+  sum_samples(rows, 2, out.data(), [&](int panel, int f) {
+    const float* const from = grad.data() + (panel * rows + f) * kPanel;
+    return load(from) + load(from + kWidth);
+  });
+  for (int f = 0; f < rows; ++f) {
+    float wanted = 0.0f;
+    for (int p = 0; p < 2; ++p) {
+      for (int c = 0; c < kPanel; ++c) wanted += element(p, f, c);
+    }
+    CHECK_EQUAL(out[static_cast<std::size_t>(f)], wanted);
+  }
+  CHECK_EQUAL(out[rows], -1.0f);
 }
 
 }  // namespace
