@@ -35,11 +35,20 @@ from touchdown.cli import app
 PRELOADED = (
     "jax",
     "optuna",
+    "scipy.stats",
+    "touchdown.agents.learners.factory",
     "touchdown.api.exporting",
     "touchdown.api.flying",
     "touchdown.api.studies",
     "touchdown.api.training",
     "touchdown.api.tuning",
+    "touchdown.figures.curve",
+    "touchdown.figures.flights",
+    "touchdown.figures.importance",
+    "touchdown.figures.policy_map",
+    "touchdown.report.comparison",
+    "touchdown.report.paper_page",
+    "touchdown.report.study_page",
     "touchdown.studies.search",
 )
 MARK = "TOUCHDOWN_FAULT"
@@ -107,9 +116,9 @@ VERBS = {
         "runs/part/lock",
     ),
     "evaluate": Verb(("evaluate", "whole", "--episodes=3000"), "", (), WEIGHTS),
-    "fly": Verb(("fly", "whole", "--out=film.gif"), ".film.*", ("film.gif",), WEIGHTS),
+    "fly": Verb(("fly", "whole", "--out=film.gif", "--force"), ".film.*", ("film.gif",), WEIGHTS),
     "export": Verb(
-        ("export", "whole", "--format=safetensors", "--out=model"),
+        ("export", "whole", "--format=safetensors", "--out=model", "--force"),
         ".model.*",
         ("model/*",),
         WEIGHTS,
