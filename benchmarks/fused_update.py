@@ -135,12 +135,11 @@ def main() -> None:
     parser.add_argument("--updates", type=int, default=200)
     parser.add_argument("--only", choices=SETS, help="one instruction set, in this process")
     args = parser.parse_args()
-    if args.only:
-        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+    widest = simd()
+    if args.only or widest not in SETS:
         device.start()
         table(args)
         return
-    widest = simd()
     for name in SETS if widest == "avx512" else [widest]:
         settings = {"TOUCHDOWN_SIMD": name, "OPENBLAS_CORETYPE": SETS[name]}
         subprocess.run(
