@@ -42,8 +42,9 @@ def run(tmp_path):
 
 
 @pytest.fixture
-def rollouts(monkeypatch):
-    """How many starts each rollout flies."""
+def rollouts(monkeypatch, tmp_path):
+    """How many starts each rollout flies; nothing was kept by an earlier one."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     flown = []
     original = Evaluator.rollout
 
@@ -77,6 +78,10 @@ def test_baselines_and_the_last_weights_are_flown_beside_the_chosen_checkpoint(r
     assert [evaluation.name for evaluation in tested] == ["made-up", "pid", "random"]
     assert (run.path / finish.LAST).is_file()
     assert not run.folder.paths.exists()
+    run.folder.evaluation.unlink()
+    again = finish.fly_test(run, baselines=("pid", "random"))
+    assert rollouts == [3] * 5  # the baselines were kept
+    assert again == tested
 
 
 def test_paths_that_an_earlier_version_did_not_keep_are_added(run, rollouts):

@@ -11,6 +11,7 @@ from touchdown.cli import helps
 from touchdown.cli.arguments import Json
 from touchdown.cli.printing import print_json, print_line
 from touchdown.config import presets, toml
+from touchdown.config.config import usable_toml
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -50,7 +51,7 @@ class Presets:
             print_json(toml.to_dict(config))
             return
         print_line(console, f"# {presets.DESCRIPTIONS[self.name]}")
-        print_line(console, toml.usable_to_toml(config))
+        print_line(console, usable_toml(config))
 
 
 def _listing(listed: Sequence[Mapping[str, str]]) -> str:

@@ -56,6 +56,7 @@ class Show:
         from touchdown.api import runs  # noqa: PLC0415 - heavy libraries load when used
         from touchdown.cli import tables  # noqa: PLC0415 - heavy libraries load when used
         from touchdown.config import toml  # noqa: PLC0415 - heavy libraries load when used
+        from touchdown.config.config import usable_toml  # noqa: PLC0415 - as above
         from touchdown.evaluation import table  # noqa: PLC0415 - heavy libraries load when used
         from touchdown.runs.run import (  # noqa: PLC0415 - heavy libraries load when used
             evaluations_of,
@@ -73,7 +74,7 @@ class Show:
         if evaluated:
             console.print(table.evaluation_table(evaluated))
         print_indented(console, pictures)
-        print_line(console, f"\n{toml.usable_to_toml(run.config).rstrip()}")
+        print_line(console, f"\n{usable_toml(run.config).rstrip()}")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,9 +8,10 @@ from msgspec import Meta
 
 from touchdown.config.checks import check, is_plain_name, settle
 from touchdown.config.digest import digest_of
-from touchdown.config.rules import check_together
+from touchdown.config.rules import check_together, usable
 from touchdown.config.sections import (
     ALGORITHMS,
+    SECTIONS,
     ExplorationConfig,
     LearningConfig,
     NetworkConfig,
@@ -19,7 +20,7 @@ from touchdown.config.sections import (
     TableConfig,
     TrainingConfig,
 )
-from touchdown.config.toml import from_values, read_toml
+from touchdown.config.toml import from_values, read_toml, to_dict, to_text
 from touchdown.core import plugins
 
 
@@ -83,3 +84,15 @@ def from_toml(path: Path) -> Config:
         UserError: unreadable file, unknown field, invalid value or another format version.
     """
     return from_values(read_toml(path), Config(), path)
+
+
+def usable_toml(config: Config) -> str:
+    """A config as TOML with only the fields that its algorithm and backend can use."""
+    fields = usable(config)
+    values: dict[str, Any] = {}
+    for name, value in to_dict(config).items():
+        used = fields.get(name, ())
+        kept = {key: value[key] for key in value if key in used} if name in SECTIONS else value
+        if kept != {}:
+            values[name] = kept
+    return to_text(values)

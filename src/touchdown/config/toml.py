@@ -10,16 +10,12 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import tomli_w
 
 from touchdown.config.digest import FORMER_NAMES
-from touchdown.config.rules import usable
-from touchdown.config.sections import SECTIONS
 from touchdown.core import limits, reading
 from touchdown.core.errors import UserError, one_line
 from touchdown.core.names import check_misspelt, hint
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
-
-    from touchdown.config.config import Config
 
 FORMAT_VERSION = 1
 ConfigLike = TypeVar("ConfigLike", bound="DataclassInstance")
@@ -32,20 +28,12 @@ def to_dict(config: "DataclassInstance") -> dict[str, Any]:
 
 def to_toml(config: "DataclassInstance") -> str:
     """A config as TOML with every field; `from_toml` gives the same config back."""
-    return tomli_w.dumps({"format_version": FORMAT_VERSION, **to_dict(config)})
+    return to_text(to_dict(config))
 
 
-def usable_to_toml(config: "Config") -> str:
-    """A config as TOML with the fields that its algorithm and backend can use."""
-    fields = usable(config)
-    values = {
-        name: {field: each for field, each in value.items() if field in fields.get(name, ())}
-        if name in SECTIONS
-        else value
-        for name, value in to_dict(config).items()
-    }
-    kept = {name: value for name, value in values.items() if value != {}}
-    return tomli_w.dumps({"format_version": FORMAT_VERSION, **kept})
+def to_text(values: Mapping[str, Any]) -> str:
+    """The fields of a config as TOML."""
+    return tomli_w.dumps({"format_version": FORMAT_VERSION, **values})
 
 
 def present_name(name: str) -> str:

@@ -1,11 +1,9 @@
 """Selects the device that JAX computes on, before JAX starts."""
 
-import hashlib
 import os
-import platform
-from pathlib import Path
 from typing import Any, Literal
 
+from touchdown.core import cache
 from touchdown.core.errors import UserError, one_line
 
 Device = Literal["cpu", "gpu"]
@@ -22,33 +20,15 @@ def chosen() -> Device:
 
 
 def _keep_compilations(config: Any) -> None:
-    """Make JAX cache compiled code on disk for later runs of this user.
-
-    Each kind of processor has its own folder, because code compiled for one may not run on another
-    that shares the home folder.
-    """
+    """Make JAX cache compiled code on disk for later runs of this user."""
     if os.environ.get("JAX_COMPILATION_CACHE_DIR"):
         return
-    try:
-        cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-        folder = cache / "touchdown" / f"jax-{_processor()}"
-        folder.mkdir(parents=True, exist_ok=True)
-    except (OSError, RuntimeError):  # a full disk, a user without a home folder
-        return  # without the cache JAX is only slower
+    folder = cache.folder("jax")
+    if folder is None:
+        return  # JAX is only slower
     config.update("jax_compilation_cache_dir", str(folder))
     config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     config.update("jax_persistent_cache_min_entry_size_bytes", -1)
-
-
-def _processor() -> str:
-    """A digest of the kind of processor, as 12 hex digits."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
-        about = [line for line in lines if line.startswith(("model name", "flags", "Features"))]
-    except OSError:
-        about = []
-    text = "\n".join(sorted(set(about))) or f"{platform.machine()} {platform.processor()}"
-    return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
 def use_default() -> None:

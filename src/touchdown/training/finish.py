@@ -13,6 +13,7 @@ from touchdown.envs import custom, recorder
 from touchdown.envs import flight as flights
 from touchdown.envs.flight import Flight
 from touchdown.evaluation import evaluation as evaluations
+from touchdown.evaluation import kept
 from touchdown.evaluation.evaluation import Evaluation
 from touchdown.evaluation.evaluator import Evaluator
 from touchdown.evaluation.paths import NUM_PATHS, PathRecorder, save_paths
@@ -64,8 +65,9 @@ def fly_test(
     if tested and last is None and not keep_paths:
         return tested
     chosen = run.policy
-    others = [] if tested else [lookup.load(name, env_id=env_id) for name in baselines]
-    count = (not tested) + len(others) + (last is not None)
+    others = [] if tested else [kept.read(name, env_id, starts) or name for name in baselines]
+    unknown = sum(isinstance(each, str) for each in others)
+    count = (not tested) + unknown + (last is not None)
     on_phase(f"testing on {len(starts)} starts, policies: {count}", count * len(starts))
     with closing(Evaluator(env_id)) as evaluator:
         recorder = PathRecorder(starts)
@@ -75,12 +77,16 @@ def fly_test(
                     chosen, starts, evaluator=evaluator, on_episode=on_episode, observer=recorder
                 )
             ]
-            tested += [
-                evaluations.evaluate_policy(
-                    each, starts, evaluator=evaluator, on_episode=on_episode
-                )
-                for each in others
-            ]
+            for each in others:
+                if isinstance(each, str):
+                    policy = lookup.load(each, env_id=env_id)
+                    flown = evaluations.evaluate_policy(
+                        policy, starts, evaluator=evaluator, on_episode=on_episode
+                    )
+                    kept.keep(flown, starts)
+                    tested.append(flown)
+                else:
+                    tested.append(each)
         elif keep_paths:  # tested by a version that did not keep paths
             evaluator.rollout(chosen.policy, starts[:NUM_PATHS], on_episode, recorder)
         # before the evaluation, so that an evaluation on disk always has its paths
