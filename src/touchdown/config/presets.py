@@ -169,7 +169,7 @@ _NAMED: dict[str, tuple[str, Config]] = {
     ),
     "pilot": (
         "section 9 without re-saves, 180,000 env steps at a higher learning rate; `make land`",
-        _PILOT,
+        _with(_PILOT, learning={"backend": "auto"}),
     ),
     "tabular-q": (
         "section 1, Algorithm 1: a table, for FrozenLake-v1 or other envs with few states",

@@ -90,8 +90,8 @@ def check_together(config: Sections) -> None:
             f"loss = {config.learning.loss!r}: must be huber with quantiles = "
             f"{config.network.quantiles}, which use the quantile Huber loss"
         )
-    if config.learning.backend == "fused":
-        _refuse_what_is_not_fused(config)
+    if config.learning.backend == "fused" and (refusal := why_not_fused(config)):
+        raise ValueError(refusal)
     _check_double(config.learning)
 
 
@@ -125,7 +125,8 @@ def usable(config: Sections) -> dict[str, set[str]]:
     return found
 
 
-def _refuse_what_is_not_fused(config: Sections) -> None:
+def why_not_fused(config: Sections) -> str | None:
+    """The setting that the fused kernel does not support, and what it must be; None if none."""
     for section, supported in _FUSED.items():
         given = getattr(config, section)
         for item in dataclasses.fields(given):
@@ -134,16 +135,17 @@ def _refuse_what_is_not_fused(config: Sections) -> None:
                 continue
             wanted = item.default if allowed is _DEFAULT else allowed
             if value != wanted:
-                raise ValueError(
+                return (
                     f"{item.name} = {value!r}: must be {wanted!r} with backend = 'fused'; "
                     "backend = 'jax' supports it"
                 )
     sizes = config.network.hidden_sizes
     if len(sizes) > MOST_FUSED_LAYERS:
-        raise ValueError(
+        return (
             f"hidden_sizes = {sizes}: must have at most {MOST_FUSED_LAYERS} "
             "layers with backend = 'fused'"
         )
+    return None
 
 
 def _refuse_what_does_nothing(config: Sections) -> None:

@@ -24,7 +24,7 @@ from touchdown.core.limits import LAYERS
 from touchdown.core.starts import TEST_STARTS, VALIDATION_STARTS
 
 ALGORITHMS = ("dqn", "pqn", "tabular", "value-iteration")
-Backend = Literal["jax", "fused"]
+Backend = Literal["jax", "fused", "auto"]
 
 _MOST_STATES = 100_000_000  # of a table: more would exhaust the memory
 MOST_FUSED_LAYERS = 16
@@ -152,8 +152,9 @@ class LearningConfig:
     optimizer: Literal["adam", "adamw", "rmsprop", "sgd"] = "adam"
     """Optimiser, by its name in optax."""
     backend: Backend = "jax"
-    """What computes updates: `jax`, or `fused`, which runs forward pass, backward pass and Adam in
-    one C++ call on the CPU (only ReLU networks whose outputs are values)."""
+    """What computes updates: `jax`; `fused`, which runs forward pass, backward pass and Adam in one
+    C++ call on the CPU (only ReLU networks whose outputs are values); or `auto`, which is `fused`
+    where it was built and supports the settings."""
     batch_size: Transitions = 64
     """Transitions per minibatch."""
     loss: Literal["mse", "huber"] = "mse"

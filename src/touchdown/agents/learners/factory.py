@@ -1,5 +1,6 @@
 """The learner that a config describes."""
 
+from touchdown.agents.learners.backend import backend_of
 from touchdown.agents.learners.fused import FusedLearner
 from touchdown.agents.learners.jax import JaxLearner
 from touchdown.agents.learners.learner import Learner
@@ -15,7 +16,7 @@ def make_learner(config: Config, spaces: Spaces) -> Learner:
         UserError: the config selects the fused kernel, which was not built.
     """
     network = make_network(config.network, spaces)
-    match config.learning.backend:
+    match backend_of(config):
         case "jax":
             return JaxLearner(network, config)
         case "fused":

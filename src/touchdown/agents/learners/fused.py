@@ -3,7 +3,6 @@
 Its slow twins are the JAX functions in `update`: the same arithmetic apart from rounding.
 """
 
-import importlib.util
 from collections.abc import Mapping
 from functools import cached_property, partial
 from typing import Any, NamedTuple, cast
@@ -12,6 +11,7 @@ import jax
 import numpy as np
 from numpy.typing import NDArray
 
+from touchdown.agents.learners.backend import is_built
 from touchdown.agents.learners.learner import FitResult, UpdateResult
 from touchdown.agents.learners.state import (
     LearnerState,
@@ -28,11 +28,6 @@ from touchdown.core.errors import UserError
 from touchdown.core.types import FloatArray, Tensors
 
 Floats = NDArray[np.float32]
-
-
-def is_built() -> bool:
-    """Whether the C++ kernel was built when the package was installed."""
-    return importlib.util.find_spec("touchdown.agents.learners._fused") is not None
 
 
 class FusedNetwork:
