@@ -59,7 +59,8 @@ def test_a_log_gets_a_line_at_the_start_and_every_half_minute(monkeypatch):
             view.status(STATUS)
         view.phase("drawing", 2)
         view.advance()
-    trained = "training swift-0: 37%, 98,304 env steps, mean return of 100 episodes 185, ETA 0:14"
+    counts = "training swift-0: 37%, 98,304 env steps, mean return of the last 100 episodes 185"
+    trained = f"{counts}, ETA 0:14"
     assert file.getvalue().splitlines() == [trained, trained, "drawing: 1 of 2"]
 
 

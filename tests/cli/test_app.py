@@ -16,7 +16,7 @@ from touchdown.cli import app
     [
         (
             ["nope"],
-            "verb 'nope': unknown; `touchdown --help` lists them",
+            "command 'nope': unknown; `touchdown --help` lists them",
         ),
         (["train", "plot"], "preset 'plot': unknown; did you mean pilot?"),
         (["train", "PPO"], "preset 'PPO': touchdown trains by Q-learning only, and `touchdown"),
@@ -29,8 +29,8 @@ from touchdown.cli import app
         (["tune", "agent", "pilot", "--observation=9"], "did you mean --env-steps?"),
         (["tune", "agent", "pilot", "--zzz"], "`touchdown tune agent --help` lists them"),
         (["tune", "agnet"], "tune 'agnet': unknown; must be one of pid, agent; did you mean agent"),
-        (["pilot"], "verb 'pilot': unknown; did you mean `touchdown train pilot`?"),
-        (["eval", "pid"], "verb 'eval': unknown; did you mean `touchdown evaluate`?"),
+        (["pilot"], "command 'pilot': unknown; did you mean `touchdown train pilot`?"),
+        (["eval", "pid"], "command 'eval': unknown; did you mean `touchdown evaluate`?"),
         (["train", "--preset", "pilot"], "--preset: a preset is a word of its own, such as `train"),
         (["train", "pilot", "--lr", "0.1"], "--lr: unknown option; did you mean --learning-rate?"),
         (["train", "--total_timesteps=9"], "did you mean --max-env-steps?"),
@@ -70,7 +70,7 @@ from touchdown.cli import app
         (["train", "--seed=-1"], "seed = -1: must be from 0 to 4294967295"),
         (["train", "--optimizer=adagard"], "--optimizer: 'adagard': must be one of adam, adamw"),
         (["train", "--config=no.toml"], "no.toml: cannot be read: No such file or directory"),
-        (["train", "--env-id=Nope-v1"], "env_id 'Nope-v1': cannot be made: "),
+        (["train", "--env-id=Nope-v1"], "env_id 'Nope-v1': unknown; "),
         (["train", "--env-id=Pendulum-v1"], "its action space is Box"),
         (["train", "--env-id=Blackjack-v1"], "its observation space is Tuple"),
         (["train", "tabular-q", "--env-id=Blackjack-v1"], "its observation space is Tuple"),
@@ -106,7 +106,7 @@ from touchdown.cli import app
         (["train", "--name=x.toml"], "name 'x.toml': is already the name of a policy"),
         (["train", "--validation-episodes=1000000"], "must be at most 1000000"),
         (["train", "--test-episodes=2000000"], "test_episodes = 2000000: must be at most 1000000"),
-        (["--verison"], "verb '--verison': unknown; did you mean `touchdown --version`?"),
+        (["--verison"], "command '--verison': unknown; did you mean `touchdown --version`?"),
         (["tune", "pid", "--out=."], "out '.': must be a file, not a folder"),
         (["train", "--device=gpu"], "device 'gpu': JAX finds no such device"),
         (

@@ -128,7 +128,7 @@ def test_a_config_written_as_toml_is_read_back_as_the_same_config(tmp_path):
 
 
 def test_an_unknown_verb_is_refused_before_anything_is_loaded():
-    with pytest.raises(UserError, match="verb 'land'"):
+    with pytest.raises(UserError, match="command 'land'"):
         parse.parse(["land"])
 
 

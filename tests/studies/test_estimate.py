@@ -1,3 +1,7 @@
+import _thread
+import multiprocessing
+import threading
+import time
 from dataclasses import replace
 
 import pytest
@@ -40,7 +44,7 @@ def test_what_is_missing_takes_what_its_kind_took_and_the_flights_after_it(store
 
 def test_validations_are_counted_where_only_training_was_timed(store, monkeypatch):
     pace = estimates._Pace(1_000, validated=False)
-    monkeypatch.setattr(estimates, "_measure_all", lambda configs, _: iter([pace] * len(configs)))
+    monkeypatch.setattr(estimates, "_in_workers", lambda _, each, __: iter([pace] * len(each)))
     told = []
     jobs = [job(), job(1, network={"hidden_sizes": (8,)})]
     found = estimate(jobs, [], store, 1, told.append)
@@ -104,3 +108,15 @@ def test_a_long_study_is_told_in_hours():
 def test_runs_of_one_kind_are_those_that_cost_the_same(sections, same):
     changed = {name: replace(getattr(BASE, name), **values) for name, values in sections.items()}
     assert (kind_of(replace(BASE, **changed)) == kind_of(BASE)) == same
+
+
+def test_a_measurement_that_is_stopped_does_not_wait_for_its_workers():
+    def stop_once_they_work() -> None:
+        while not multiprocessing.active_children():
+            time.sleep(0.01)
+        _thread.interrupt_main()
+
+    threading.Thread(target=stop_once_they_work).start()
+    with pytest.raises(KeyboardInterrupt):
+        list(estimates._in_workers(time.sleep, [3_600.0], 1))
+    assert not multiprocessing.active_children()

@@ -22,7 +22,7 @@ from touchdown.lander import rules
 from touchdown.policies import weights as policy_weights
 from touchdown.render import film as films
 from touchdown.runs.folder import RunFolder
-from touchdown.runs.run import FLIGHTS, GIF, MP4, POLICY, Run
+from touchdown.runs.run import FLIGHTS, GIF, MP4, POLICY, Run, evaluations_of
 from touchdown.training import finish, services
 from touchdown.training.checkpoint import DamagedError
 from touchdown.training.listeners import ListenerError, Listeners
@@ -87,7 +87,15 @@ def _completed(
     config = folder.config()
     for name, where in services.open_loggers(loggers, folder, listeners).items():
         shown.print(f"logger {name}: {where}", soft_wrap=True, markup=False, highlight=False)
-    was_finished = Run(folder).status == "finished"
+    run = Run(folder)
+    if run.status == "finished" and all((run.path / name).is_file() for name in (GIF, MP4)):
+        shown.print(
+            Text(f"{folder.name}: finished already"),
+            *_results(run, evaluations_of(run), "", ()),
+            sep="\n",
+            crop=False,
+        )
+        return run
     began = time.monotonic()
     with (
         views.TrainingView(shown, folder.name) as view,
@@ -111,7 +119,6 @@ def _completed(
 
         trainer.run()
         trained = time.monotonic()
-        run = Run(folder)
         tested = finish.fly_test(
             run, baselines=_baselines(config.env_id), on_phase=view.phase, on_episode=advance
         )
@@ -124,10 +131,9 @@ def _completed(
         view.advance()
     seconds = f"trained in {progress.clock(trained - began)}"
     total = progress.clock(time.monotonic() - began)
-    took = "finished already" if was_finished else f"{seconds}, {total} in total"
     # all at once, because a notebook separates the outputs of several prints
     shown.print(
-        Text(f"{folder.name}: {took}"),
+        Text(f"{folder.name}: {seconds}, {total} in total"),
         *_results(run, tested, text, notes),
         sep="\n",
         crop=False,

@@ -102,7 +102,7 @@ def parse(argv: Sequence[str]) -> Verb:
         _print_help(helps.of_program(VERBS))
     first, *rest = argv
     if first not in VERBS:
-        raise UserError(f"verb {first!r}: unknown; {_hint_of_verb(first)}")
+        raise UserError(f"command {first!r}: unknown; {_hint_of_verb(first)}")
     words = (first,)
     if first in _OF_TWO_WORDS:
         seconds = {

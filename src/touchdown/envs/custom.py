@@ -11,6 +11,7 @@ from gymnasium.envs.registration import registry
 
 from touchdown.core import plugins
 from touchdown.core.errors import UserError, one_line
+from touchdown.core.names import nearest
 
 Env = gymnasium.Env[Any, Any]
 EnvLike = str | Env | Callable[..., Env]
@@ -34,6 +35,7 @@ def make(env_id: str, render_mode: str | None) -> Env:
         name = found
     else:
         name = env_id
+        _check_registered(env_id)
     # only a picture needs a render mode, which not every constructor takes
     arguments: dict[str, Any] = {"render_mode": render_mode} if render_mode else {}
     try:
@@ -44,6 +46,20 @@ def make(env_id: str, render_mode: str | None) -> Env:
         raise UserError(
             f"env_id {env_id!r}: cannot be made: {type(error).__name__}: {one_line(error)}"
         ) from error
+
+
+def _check_registered(env_id: str) -> None:
+    """Refuse an id that Gymnasium does not have, with the nearest one.
+
+    Gymnasium itself would take an id without a version for its newest version, and a run would not
+    say which.
+    """
+    if env_id in registry:
+        return
+    newest = max((each.id for each in registry.values() if each.name == env_id), default=None)
+    near = newest or nearest(env_id, registry)
+    end = f"did you mean {near}?" if near else "must be an id of Gymnasium, or module:Id"
+    raise UserError(f"env_id {env_id!r}: unknown; {end}")
 
 
 def name_of(env: EnvLike, name: str = "") -> str:

@@ -154,9 +154,10 @@ def create(runs_dir: Path, config: Config, name: str | None = None) -> RunFolder
                 if not path.exists():
                     raise
                 if name:
+                    taken = RunFolder(path).resume_command()
                     raise UserError(
                         f"name {name!r}: {path} exists already; choose another, "
-                        f"or resume it: --resume {name}"
+                        f"or resume it with: {taken}"
                     ) from None
                 number += 1
                 path = runs_dir / f"{default}-{number}"

@@ -9,7 +9,7 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from touchdown.config.config import Config
 from touchdown.core import device, plugins, processes, records, threads
@@ -28,6 +28,9 @@ from touchdown.studies.work import BaselineJob, PidJob, TrainJob
 from touchdown.training import pid_tuning
 from touchdown.training.pace import TrainingStatus
 from touchdown.training.trainer import Trainer
+
+_Item = TypeVar("_Item")
+_Result = TypeVar("_Result")
 
 _SECONDS_WARM = 1.0  # after compilation and the cheaper first steps
 _SECONDS_MEASURED = 2.0
@@ -134,7 +137,8 @@ def estimate(
     searches = [job.tuning for job in tunings if not job.has_results(store.runs)]
     paces = _known_paces([job for job in runs if job.has_results(store.runs)], store)
     unknown = {kind: job.config for job in missing if (kind := kind_of(job.config)) not in paces}
-    measured = _measure_all(list(unknown.values()), workers)
+    # measured in parallel as they will run, since they are faster alone
+    measured = _in_workers(_measure, list(unknown.values()), workers)
     for count, (kind, pace) in enumerate(zip(unknown, measured, strict=True), start=1):
         paces[kind] = pace
         on_done(count / len(unknown))
@@ -206,20 +210,29 @@ def _try_gains(search: Tuning) -> float:
         return time.perf_counter() - began
 
 
-def _measure_all(configs: Sequence[Config], workers: int) -> Iterator[_Pace]:
-    """The pace of each kind, measured in parallel as they will run, since they are faster alone."""
-    if not configs:
+def _in_workers(
+    task: Callable[[_Item], _Result], items: Sequence[_Item], workers: int
+) -> Iterator[_Result]:
+    """The result of a task for each item, computed in processes, which end with this generator."""
+    if not items:
         return
-    context = multiprocessing.get_context("spawn")
+    others = set(multiprocessing.active_children())
     with (
         threads.one_thread_each(),
         ProcessPoolExecutor(
-            min(workers, len(configs)),
-            mp_context=context,
+            min(workers, len(items)),
+            mp_context=multiprocessing.get_context("spawn"),
             initializer=processes.leave_stopping_to_the_parent,
         ) as pool,
     ):
-        yield from pool.map(_measure, configs)
+        try:
+            yield from pool.map(task, items)
+        except BaseException:
+            # the pool would wait for what its workers are doing
+            for worker in set(multiprocessing.active_children()) - others:
+                worker.terminate()
+                worker.join()
+            raise
 
 
 def _measure(config: Config) -> _Pace:
