@@ -16,7 +16,7 @@
 #include "fused/kernel.hpp"
 #include "fused/learning.hpp"
 #include "fused/network.hpp"
-#include "fused/python/block.hpp"
+#include "fused/block.hpp"
 #include "fused/transition.hpp"
 
 namespace touchdown::fused {

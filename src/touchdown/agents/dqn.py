@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from touchdown.agents.actor import periods_crossed
 from touchdown.agents.learner_agent import LearnerAgent
 from touchdown.agents.learners.learner import Learner
+from touchdown.agents.learners.state import Metrics
 from touchdown.config.config import Config
 from touchdown.config.sections import ReplayConfig
 from touchdown.core import records
@@ -124,8 +125,10 @@ class DQNAgent(LearnerAgent):
             errors: FloatArray = np.asarray(td_errors)
             for sample, td_error in zip(samples, errors, strict=True):
                 self.replay.update_priorities(sample.indices, td_error)
-        if metrics is None:
-            return None
+        return None if metrics is None else self.measured(metrics)
+
+    def measured(self, metrics: Metrics) -> dict[str, float]:
+        """An update's metrics and the memory's shares by name, for the records."""
         shares = self.replay.shares()
         return {
             **metrics.to_floats(self._config.learning.reward_scale),
