@@ -10,14 +10,15 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from touchdown.agents.dqn import DQNAgent
-from touchdown.agents.learners.fused import FusedLearner, adam_of
-from touchdown.agents.learners.state import Metrics
+from touchdown.agents.learners.fused import FusedLearner, adam_of, metrics_of
 from touchdown.config.config import Config
 from touchdown.core.seeding import Streams
 from touchdown.envs.episodes import Underway
 from touchdown.envs.pool import ExactEnvPool
 from touchdown.lander import rules
 from touchdown.training.loop import STEPS_BETWEEN_LOOKS, AgentStep, begin_next
+
+MetricsTuple = tuple[float, float, float, float]
 
 # settings that have one name in a config and in C++, by section
 _SETTINGS = {
@@ -97,11 +98,11 @@ class CompiledLoop:
                 result,
                 self._counts.epsilon_used,
                 ended,
-                None if metrics is None else agent.measured(Metrics(*metrics)),
+                None if metrics is None else agent.measured(metrics_of(metrics)),
                 (agent.env_steps - before) // len(actions),
             )
 
-    def _advance(self, max_steps: int, underway: Underway) -> tuple[float, ...] | None:
+    def _advance(self, max_steps: int, underway: Underway) -> MetricsTuple | None:
         """Take steps in C++, from and to the state that the Python objects have."""
         actor, ring, counts = self._agent.actor, self._agent.replay.ring, self._counts
         state, pool, arrays = self._learner.state, self._pool, self._module

@@ -10,7 +10,6 @@ from touchdown.core.types import IntArray, StepResult
 from touchdown.envs.episodes import Episode, Underway
 from touchdown.envs.pool import EnvPool
 
-
 STEPS_BETWEEN_LOOKS = 50
 """Steps of an episode after which a caller may look whether it should stop."""
 
@@ -27,7 +26,7 @@ class AgentStep(NamedTuple):
     """Episodes that ended in this step, in the order of their environments."""
     metrics: Mapping[str, float] | None
     """Metrics of an update, once per metrics period."""
-    count: int = 1
+    num_steps: int = 1
     """Steps since the previous `AgentStep`: this one, and those before it that ended no episode and
     have no metrics."""
 

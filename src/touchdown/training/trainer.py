@@ -147,7 +147,7 @@ class Trainer:
         last_saved = time.monotonic()
         self._underway = underway = self._first_episodes()
         for agent_step in self._steps(underway):
-            progress.env_steps += agent_step.count * len(agent_step.actions)
+            progress.env_steps += agent_step.num_steps * len(agent_step.actions)
             if agent_step.metrics is not None:
                 self._record_update(agent_step.metrics)
             self._record_episodes(agent_step, pace)

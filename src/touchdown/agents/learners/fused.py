@@ -137,7 +137,7 @@ class FusedLearner(StateOwner):
         )
         adam.advance(len(packed))
         next_q = self.model.values_of_each(self.state.online_params, next_observations)
-        return UpdateResult(_metrics(metrics) if measured else None, td_error, next_q)
+        return UpdateResult(metrics_of(metrics) if measured else None, td_error, next_q)
 
     def fit_rollout(
         self, rollout: Rollout, order: NDArray[np.int64], next_observations: FloatArray
@@ -186,7 +186,7 @@ class FusedLearner(StateOwner):
             max_grad_norm=config.max_grad_norm,
         )
         adam.advance(len(order))
-        return _metrics(metrics)
+        return metrics_of(metrics)
 
     @cached_property
     def _targets(self) -> Any:
@@ -237,5 +237,6 @@ def step_sizes(config: LearningConfig, first: int, count: int) -> Floats:
     return (config.learning_rate_end + fall * left).astype(np.float32)
 
 
-def _metrics(values: tuple[float, float, float, float]) -> Metrics:
+def metrics_of(values: tuple[float, float, float, float]) -> Metrics:
+    """The metrics that the kernel returned: loss, mean Q, greatest Q, gradient norm."""
     return Metrics(*(cast(Any, value) for value in values))
