@@ -134,10 +134,10 @@ def main() -> None:
             1 / statistics.median(seconds) for seconds in zip(*rounds, strict=True)
         )
         ratios = [a / b for a, b, _ in rounds]
+        ratio = f"{statistics.median(ratios):.2f} ({min(ratios):.2f}-{max(ratios):.2f})"
         print(
             f"| {list(case.hidden_sizes)} | {case.num_envs} | {case.update_period} | {slow:,.0f} "
-            f"| {fast:,.0f} | {statistics.median(ratios):.2f} ({min(ratios):.2f}-{max(ratios):.2f}) "
-            f"| {updates:,.0f} |"
+            f"| {fast:,.0f} | {ratio} | {updates:,.0f} |"
         )
 
 

@@ -90,28 +90,55 @@ std::int64_t Loop::record(const Parts& parts, Counts& counts) {
     const double reward = environments.results.rewards[i];
     const bool terminated = environments.results.terminated[i];
     const auto action = static_cast<std::int32_t>(environments.actions[i]);
-    const double total = reward + settings_.gamma * 0.0;  // a sum of one reward, so that -0 is 0
-    const Step step{.o_tm1 = o_tm1,
-                    .a_tm1 = action,
-                    .r_t = static_cast<float>(total),
-                    .discount_t = terminated ? 0.0f : static_cast<float>(settings_.gamma),
-                    .terminated = terminated,
-                    .o_t = o_t};
-    const std::int64_t copies = total > settings_.resave_threshold ? 1 + settings_.resaves : 1;
-    for (std::int64_t copy = 0; copy < copies; ++copy) parts.memory.store(step, counts.added++);
-
+    ++environments.steps[i];
+    const bool truncated = environments.steps[i] >= settings_.max_episode_steps;
+    store(parts, i, truncated, counts);
     std::copy_n(o_t, size, o_tm1);
     episodes.actions[i * episodes.room + static_cast<std::size_t>(episodes.steps[i])] = action;
     episodes.returns[i] += reward;
     ++episodes.steps[i];
-    ++environments.steps[i];
-    if (terminated || environments.steps[i] >= settings_.max_episode_steps) ++num_ended;
+    if (terminated || truncated) ++num_ended;
   }
   counts.env_steps += static_cast<std::int64_t>(environments.landers.size());
   counts.episodes += num_ended;
   counts.epsilon = epsilon_after(settings_, counts.episodes, counts.env_steps);
   counts.knows_values = false;
   return num_ended;
+}
+
+void Loop::store(const Parts& parts, std::size_t i, bool truncated, Counts& counts) {
+  const Environments& environments = parts.environments;
+  const std::size_t size = parts.memory.num_observations;
+  const auto n = static_cast<std::size_t>(settings_.n_step);
+  float* const o_tm1 = parts.windows.o_tm1 + i * n * size;
+  std::int32_t* const a_tm1 = parts.windows.a_tm1 + i * n;
+  double* const r_t = parts.windows.r_t + i * n;
+  auto length = static_cast<std::size_t>(parts.windows.lengths[i]);
+  std::copy_n(parts.episodes.observations + i * size, size, o_tm1 + length * size);
+  a_tm1[length] = static_cast<std::int32_t>(environments.actions[i]);
+  r_t[length] = environments.results.rewards[i];
+  ++length;
+
+  const bool terminated = environments.results.terminated[i];
+  const std::size_t complete = terminated || truncated ? length : (length == n ? 1 : 0);
+  for (std::size_t first = 0; first < complete; ++first) {
+    double total = 0.0;
+    for (std::size_t k = length; k > first; --k) total = r_t[k - 1] + settings_.gamma * total;
+    const double discount =
+        terminated ? 0.0 : std::pow(settings_.gamma, static_cast<double>(length - first));
+    const Step step{.o_tm1 = o_tm1 + first * size,
+                    .a_tm1 = a_tm1[first],
+                    .r_t = static_cast<float>(total),
+                    .discount_t = static_cast<float>(discount),
+                    .terminated = terminated,
+                    .o_t = environments.results.observations + i * size};
+    const std::int64_t copies = total > settings_.resave_threshold ? 1 + settings_.resaves : 1;
+    for (std::int64_t copy = 0; copy < copies; ++copy) parts.memory.store(step, counts.added++);
+  }
+  std::copy(o_tm1 + complete * size, o_tm1 + length * size, o_tm1);
+  std::copy(a_tm1 + complete, a_tm1 + length, a_tm1);
+  std::copy(r_t + complete, r_t + length, r_t);
+  parts.windows.lengths[i] = static_cast<std::int64_t>(length - complete);
 }
 
 Loop::Learnt Loop::learn(const Parts& parts, Counts& counts) {

@@ -57,10 +57,20 @@ struct Episodes {
   std::size_t room;
 };
 
+// The steps of each environment that are in no transition yet, as touchdown.replay.n_step keeps
+// them: the oldest first, fewer than n between two steps.
+struct Windows {
+  float* o_tm1;           // [N][n][D]
+  std::int32_t* a_tm1;    // [N][n]
+  double* r_t;            // [N][n]
+  std::int64_t* lengths;  // [N]
+};
+
 // Everything that the loop reads and writes, besides its counts.
 struct Parts {
   Environments environments;
   Episodes episodes;
+  Windows windows;
   Memory memory;
   fused::Learner learner;
   float* q;  // [N][A]
@@ -93,6 +103,8 @@ class Loop {
   void compute_values(const Parts& parts, Counts& counts);
   // Records the step of all environments; returns how many episodes ended in it.
   std::int64_t record(const Parts& parts, Counts& counts);
+  // Stores the transitions that the latest step of environment `i` completes.
+  void store(const Parts& parts, std::size_t i, bool truncated, Counts& counts);
   // What follows a step: the updates and the copy of the target network that are due after it.
   Learnt learn(const Parts& parts, Counts& counts);
   fused::Metrics update(const Parts& parts, std::int64_t count, Counts& counts);

@@ -22,7 +22,7 @@ def with_(section: str, **values: Any) -> Config:
 
 def test_dqn_with_fused_updates_on_the_exact_engine_is_compiled():
     assert why_python(FUSED) is None
-    settings = {"double": True, "polyak": 0.1, "loss": "huber", "learning_rate_duration": 9}
+    settings = {"double": True, "polyak": 0.1, "loss": "huber", "n_step": 3}
     assert why_python(with_("learning", **settings)) is None
     assert why_python(with_("replay", resaves=3)) is None
     assert why_python(with_("training", num_envs=3)) is None
@@ -35,7 +35,6 @@ def test_dqn_with_fused_updates_on_the_exact_engine_is_compiled():
         (Config(), "backend = 'jax'"),
         (replace(FUSED, env_id="CartPole-v1"), "env_id = 'CartPole-v1'"),
         (with_("learning", target="sarsa"), "target = 'sarsa'"),
-        (with_("learning", n_step=3), "n_step = 3"),
         (with_("replay", prioritized=True), "prioritized = True"),
     ],
 )

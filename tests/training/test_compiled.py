@@ -25,6 +25,7 @@ from touchdown.core.errors import Interrupted
 from touchdown.core.seeding import Streams, streams, training_start
 from touchdown.envs.episodes import Underway
 from touchdown.envs.pool import ExactEnvPool, make_pool
+from touchdown.replay.n_step import Windows
 from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
 from touchdown.training import _train
@@ -63,6 +64,8 @@ SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
         "learning": {"update_period": 4, "gradient_steps": 3, "target_period": 7},
         "training": {"num_envs": 3, "metrics_period": 5},
     },
+    "three steps": {"learning": {"n_step": 3}, "replay": {"resaves": 1}},
+    "five steps of three": {"learning": {"n_step": 5}, "training": {"num_envs": 3}},
     "constant ε": {"exploration": {"schedule": "constant", "epsilon_start": 0.3}},
     "only random actions": {"exploration": {"schedule": "constant", "epsilon_start": 1.0}},
     "only greedy actions": {"exploration": {"schedule": "constant", "epsilon_start": 0.0}},
@@ -166,11 +169,9 @@ def test_the_compiled_loop_yields_after_at_most_fifty_steps_of_the_first_environ
         assert step.num_steps == after - before or after == 0
 
 
-def test_an_episode_that_times_out_bootstraps_in_both_loops():
-    config = config_of(
-        exploration={"schedule": "constant", "epsilon_start": 0.0},
-        learning={"update_period": 10**6},
-    )
+@pytest.mark.parametrize("n_step", [1, 3])
+def test_an_episode_that_times_out_bootstraps_in_both_loops(n_step):
+    config = config_of(learning={"update_period": 10**6, "n_step": n_step})
     twins = [twin(config, compiled=compiled) for compiled in (True, False)]
     for each in twins:
         each.pool.steps[0] = each.underway.steps[0] = 999  # a long flight is not needed
@@ -307,6 +308,7 @@ class Arguments:
             *(underway.observations, underway.returns),
             *(underway.steps, underway.actions),
         ]
+        self.windows = list(Windows.empty(2, 1, 8))
         ring = self.twin.agent.replay.ring
         self.records = ring.storage.view(np.float32).reshape(ring.capacity, -1)
         state: Any = learner.state
@@ -334,6 +336,7 @@ class Arguments:
             self.counts,
             _train.PoolArrays(*self.pool),
             _train.EpisodeArrays(*self.episodes),
+            _train.WindowArrays(*self.windows),
             self.records,
             _train.LearnerArrays(*self.learner),
             self.q,
@@ -347,6 +350,8 @@ class Arguments:
         ("pool", 4, np.array([5, 0]), "environment 0 is after 5 steps, its episode after 0: must"),
         ("episodes", 1, np.zeros(1), "returns has 1 rows, must have 2"),
         ("episodes", 3, np.zeros((2, 7), np.int32), "room for the actions of an episode = 7"),
+        ("windows", 2, np.zeros((2, 2)), "r_t of a window has 2 entries, must have 1"),
+        ("windows", 3, np.array([0, 1]), "the window of environment 1 holds 1 steps: must be from"),
         ("learner", 0, np.zeros(9, np.float32), "online has 9 entries, must have 248"),
         ("learner", 1, None, "target = None: must be given"),
         ("learner", 3, np.zeros(9, np.float32), "nu has 9 entries, must have 248"),

@@ -16,7 +16,7 @@
 namespace touchdown::train {
 namespace {
 
-constexpr std::size_t kNumEnvs = 2, kCapacity = 60, kRoom = 1000;
+constexpr std::size_t kNumEnvs = 2, kCapacity = 60, kRoom = 1000, kSteps = 3;
 constexpr std::size_t kRecord = fused::transition_fields(engine::kObservationSize).size;
 
 Settings small_settings() {
@@ -63,6 +63,10 @@ struct Training {
                          .steps = episode_steps.data(),
                          .actions = episode_actions.data(),
                          .room = kRoom},
+            .windows = {.o_tm1 = window_observations.data(),
+                        .a_tm1 = window_actions.data(),
+                        .r_t = window_rewards.data(),
+                        .lengths = window_lengths.data()},
             .memory = {.records = records.data(),
                        .capacity = kCapacity,
                        .num_observations = engine::kObservationSize},
@@ -115,6 +119,10 @@ struct Training {
   std::array<float, kNumEnvs * engine::kObservationSize> results{}, observations{};
   std::array<double, kNumEnvs> rewards{}, returns{};
   std::array<bool, kNumEnvs> terminated{};
+  std::array<float, kNumEnvs * kSteps * engine::kObservationSize> window_observations{};
+  std::array<std::int32_t, kNumEnvs * kSteps> window_actions{};
+  std::array<double, kNumEnvs * kSteps> window_rewards{};
+  std::array<std::int64_t, kNumEnvs> window_lengths{};
   std::vector<std::int32_t> episode_actions = std::vector<std::int32_t>(kNumEnvs * kRoom);
   std::vector<float> records = std::vector<float>(kCapacity * kRecord);
   std::vector<float> online, target, mu, nu;
@@ -183,6 +191,30 @@ TEST("a rewarded transition is stored several times, and the newest overwrite th
   CHECK_EQUAL(newest[fused::transition_fields(engine::kObservationSize).discount_t], 0.5f);
   CHECK_EQUAL(newest[fused::transition_fields(engine::kObservationSize).r_t],
               static_cast<float>(training.rewards[1]));
+}
+
+TEST("a transition of three steps has the discounted sum of their rewards") {
+  Settings settings = small_settings();
+  settings.n_step = kSteps;
+  settings.min_size = 1000;
+  Training training(settings);
+  double total = 0.0;
+  for (const double discount : {1.0, 0.5, 0.25}) {
+    CHECK_EQUAL(training.counts.added, 0);
+    training.advance(1);
+    total += discount * training.rewards[0];
+  }
+  CHECK_EQUAL(training.counts.added, 2);  // one of each environment
+  CHECK_EQUAL(training.window_lengths[0], 2);
+  const auto at = fused::transition_fields(engine::kObservationSize);
+  CHECK_NEAR(training.records[at.r_t], total, 1e-6);
+  CHECK_EQUAL(training.records[at.discount_t], 0.125f);
+  while (!training.counts.ended) training.advance(1);  // at the time limit of 20 steps
+  CHECK_EQUAL(training.counts.added, 40);
+  CHECK_EQUAL(training.window_lengths[0], 0);
+  CHECK_EQUAL(training.records[35 * kRecord + at.discount_t], 0.125f);
+  CHECK_EQUAL(training.records[36 * kRecord + at.discount_t], 0.25f);
+  CHECK_EQUAL(training.records[39 * kRecord + at.discount_t], 0.5f);
 }
 
 TEST("an action that the network does not have is refused") {

@@ -45,6 +45,7 @@ inline void need_least(std::int64_t given, std::int64_t least, const char* name)
 inline Settings checked(const Settings& settings) {
   need_least(settings.epsilon_duration, 1, "epsilon_duration");
   need_least(settings.min_size, 1, "min_size");
+  need_least(settings.n_step, 1, "n_step");
   need_least(settings.resaves, 0, "resaves");
   need_least(settings.learning_rate_duration, 0, "learning_rate_duration");
   need_least(settings.batch_size, 1, "batch_size");
@@ -81,6 +82,14 @@ struct EpisodeArrays {
   Matrix<std::int32_t> actions;
 };
 
+// The arrays of unfinished n-step returns, [N, n, D], [N, n] or [N].
+struct WindowArrays {
+  Array<float, nb::shape<-1, -1, engine::kObservationSize>> o_tm1;
+  Matrix<std::int32_t> a_tm1;
+  Matrix<double> r_t;
+  Vector<std::int64_t> lengths;
+};
+
 // The arrays of a learner, [P].
 struct LearnerArrays {
   Vector<float> online;
@@ -109,14 +118,15 @@ class PythonLoop {
 
   std::optional<MetricsTuple> advance(std::int64_t max_steps, Counts& counts,
                                       const PoolArrays& pool, const EpisodeArrays& episodes,
-                                      const Matrix<float>& records, const LearnerArrays& learner,
-                                      const Matrix<float>& q) {
+                                      const WindowArrays& windows, const Matrix<float>& records,
+                                      const LearnerArrays& learner, const Matrix<float>& q) {
     need_idle(batch_);
     const engine::Stepping stepping(batch_);
     need_least(max_steps, 0, "max_steps");
     check(counts);
     check(pool);
     check(episodes, pool);
+    check(windows);
     check(learner);
     need_rows(batch_, q.shape(0), "q");
     need(q.shape(1), static_cast<std::size_t>(engine::kNumActions), "a row of q");
@@ -140,6 +150,10 @@ class PythonLoop {
                                    .steps = episodes.steps.data(),
                                    .actions = episodes.actions.data(),
                                    .room = episodes.actions.shape(1)},
+                      .windows = {.o_tm1 = windows.o_tm1.data(),
+                                  .a_tm1 = windows.a_tm1.data(),
+                                  .r_t = windows.r_t.data(),
+                                  .lengths = windows.lengths.data()},
                       .memory = {.records = records.data(),
                                  .capacity = static_cast<std::int64_t>(records.shape(0)),
                                  .num_observations = engine::kObservationSize},
@@ -189,6 +203,24 @@ class PythonLoop {
         refuse("environment " + std::to_string(i) + " is after " + std::to_string(pool.steps(i)) +
                " steps, its episode after " + std::to_string(episodes.steps(i)) +
                ": must be the same number, from 0 to " + std::to_string(most - 1));
+      }
+    }
+  }
+
+  void check(const WindowArrays& windows) const {
+    need_rows(batch_, windows.o_tm1.shape(0), "o_tm1 of the windows");
+    need_rows(batch_, windows.a_tm1.shape(0), "a_tm1 of the windows");
+    need_rows(batch_, windows.r_t.shape(0), "r_t of the windows");
+    need_rows(batch_, windows.lengths.shape(0), "lengths of the windows");
+    const std::int64_t n = loop_.settings().n_step;
+    need(windows.o_tm1.shape(1), static_cast<std::size_t>(n), "o_tm1 of a window");
+    need(windows.a_tm1.shape(1), static_cast<std::size_t>(n), "a_tm1 of a window");
+    need(windows.r_t.shape(1), static_cast<std::size_t>(n), "r_t of a window");
+    for (std::size_t i = 0; i < batch_.landers.size(); ++i) {
+      const std::int64_t length = windows.lengths(i);
+      if (length < 0 || length >= n) {
+        refuse("the window of environment " + std::to_string(i) + " holds " +
+               std::to_string(length) + " steps: must be from 0 to " + std::to_string(n - 1));
       }
     }
   }

@@ -65,6 +65,7 @@ void bind_settings(nb::module_& m) {
       .def_rw("resaves", &Settings::resaves)
       .def_rw("resave_threshold", &Settings::resave_threshold)
       .def_rw("gamma", &Settings::gamma)
+      .def_rw("n_step", &Settings::n_step)
       .def_rw("learning_rate", &Settings::learning_rate)
       .def_rw("learning_rate_end", &Settings::learning_rate_end)
       .def_rw("learning_rate_duration", &Settings::learning_rate_duration)
@@ -105,6 +106,11 @@ void bind_arrays(nb::module_& m) {
       .def(nb::init<Observations, Vector<double>, Vector<std::int64_t>, Matrix<std::int32_t>>(),
            "observations"_a.noconvert(), "returns"_a.noconvert(), "steps"_a.noconvert(),
            "actions"_a.noconvert());
+  nb::class_<WindowArrays>(m, "WindowArrays")
+      .def(nb::init<Array<float, nb::shape<-1, -1, engine::kObservationSize>>, Matrix<std::int32_t>,
+                    Matrix<double>, Vector<std::int64_t>>(),
+           "o_tm1"_a.noconvert(), "a_tm1"_a.noconvert(), "r_t"_a.noconvert(),
+           "lengths"_a.noconvert());
   nb::class_<LearnerArrays>(m, "LearnerArrays")
       .def(nb::init<Vector<float>, std::optional<Vector<float>>, Vector<float>, Vector<float>>(),
            "online"_a.noconvert(), "target"_a.noconvert().none(), "mu"_a.noconvert(),
@@ -126,7 +132,7 @@ NB_MODULE(_train, m) {
            "layer_norm"_a, "dueling"_a, nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
            nb::keep_alive<1, 4>())
       .def("advance", &PythonLoop::advance, "max_steps"_a, "counts"_a, "pool"_a, "episodes"_a,
-           "records"_a.noconvert(), "learner"_a, "q"_a.noconvert());
+           "windows"_a, "records"_a.noconvert(), "learner"_a, "q"_a.noconvert());
   m.def(
       "random",
       [](const nb::object& bit_generator, const Vector<double>& out) {

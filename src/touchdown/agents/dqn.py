@@ -48,7 +48,7 @@ class DQNAgent(LearnerAgent):
             _proportional(config.replay),
         )
         learning = config.learning
-        self._n_steps = [
+        self.n_steps = [
             NStep(learning.n_step, learning.gamma, needs_next_action=learning.target == "sarsa")
             for _ in range(config.training.num_envs)
         ]
@@ -91,7 +91,7 @@ class DQNAgent(LearnerAgent):
     def _store(self, o_tm1: FloatArray, a_tm1: IntArray, steps: StepResult) -> None:
         actions, rewards = a_tm1.tolist(), steps.rewards.tolist()
         terminated, truncated = steps.terminated.tolist(), steps.truncated.tolist()
-        for index, window in enumerate(self._n_steps):
+        for index, window in enumerate(self.n_steps):
             o_t = steps.observations[index]
             complete = window.push(
                 o_tm1[index], actions[index], rewards[index], o_t, terminated=terminated[index]
@@ -141,7 +141,7 @@ class DQNAgent(LearnerAgent):
         return {
             "learner": self.learner.tensors(),
             "memory": self.replay.tensors(),
-            "n_step": n_step.tensors_of(self._n_steps),
+            "n_step": n_step.tensors_of(self.n_steps),
             "memory_added": self.replay.ring.added,
             **self._actor.state(),
         }
@@ -157,7 +157,7 @@ class DQNAgent(LearnerAgent):
         records.check(state["memory_added"], Count, "agent.memory_added")
         self.learner.restore(state["learner"])
         self.replay.restore(state["memory"], state["memory_added"])
-        n_step.restore(self._n_steps, state["n_step"])
+        n_step.restore(self.n_steps, state["n_step"])
         self._actor.restore(state)
 
 

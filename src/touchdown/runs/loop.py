@@ -12,7 +12,7 @@ Loop = Literal["compiled", "python"]
 # the values of settings that the compiled loop supports, by section; every other setting is free
 _SUPPORTED = {
     "": {"algorithm": "dqn"},
-    "learning": {"backend": "fused", "target": "q-learning", "n_step": 1},
+    "learning": {"backend": "fused", "target": "q-learning"},
     "replay": {"prioritized": False},
 }
 

@@ -18,6 +18,7 @@ class Settings:
     resaves: int
     resave_threshold: float
     gamma: float
+    n_step: int
     learning_rate: float
     learning_rate_end: float
     learning_rate_duration: int
@@ -78,6 +79,15 @@ class EpisodeArrays:
         actions: Int32[np.ndarray, "N room"],
     ) -> None: ...
 
+class WindowArrays:
+    def __init__(
+        self,
+        o_tm1: Float32[np.ndarray, "N n 8"],
+        a_tm1: Int32[np.ndarray, "N n"],
+        r_t: Float64[np.ndarray, "N n"],
+        lengths: Int64[np.ndarray, " N"],
+    ) -> None: ...
+
 class LearnerArrays:
     def __init__(
         self,
@@ -107,6 +117,7 @@ class Loop:
         counts: Counts,
         pool: PoolArrays,
         episodes: EpisodeArrays,
+        windows: WindowArrays,
         records: Float32[np.ndarray, "capacity W"],
         learner: LearnerArrays,
         q: Float32[np.ndarray, "N A"],

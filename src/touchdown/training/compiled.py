@@ -16,6 +16,7 @@ from touchdown.core.seeding import Streams
 from touchdown.envs.episodes import Underway
 from touchdown.envs.pool import ExactEnvPool
 from touchdown.lander import rules
+from touchdown.replay.n_step import Windows
 from touchdown.training.loop import STEPS_BETWEEN_LOOKS, AgentStep, begin_next
 
 MetricsTuple = tuple[float, float, float, float]
@@ -27,7 +28,14 @@ _SETTINGS = {
     ),
     "replay": ("min_size", "resaves", "resave_threshold"),
     "learning": (
-        *("gamma", "learning_rate", "learning_rate_end", "learning_rate_duration", "batch_size"),
+        *(
+            "gamma",
+            "n_step",
+            "learning_rate",
+            "learning_rate_end",
+            "learning_rate_duration",
+            "batch_size",
+        ),
         *("reward_scale", "max_grad_norm", "update_period", "gradient_steps", "target_period"),
         *("polyak", "double"),
     ),
@@ -71,6 +79,9 @@ class CompiledLoop:
         )
         self._module = _train
         self._counts = _train.Counts()
+        self._windows = Windows.empty(
+            len(pool.actions), config.learning.n_step, rules.OBSERVATION_SIZE
+        )
         self._next_q = np.zeros((len(pool.actions), rules.NUM_ACTIONS), np.float32)
 
     def interact(self, start_of: Callable[[int], int], underway: Underway) -> Iterator[AgentStep]:
@@ -117,6 +128,9 @@ class CompiledLoop:
         counts.knows_values = actor.next_q is not None
         if actor.next_q is not None:
             self._next_q[...] = actor.next_q
+        several = self._windows.a_tm1.shape[1] > 1  # otherwise no step waits for another
+        if several:
+            self._windows.read(self._agent.n_steps)
         exploration_lock, replay_lock = self._locks
         with exploration_lock, replay_lock:
             metrics = self._loop.advance(
@@ -128,12 +142,15 @@ class CompiledLoop:
                 arrays.EpisodeArrays(
                     underway.observations, underway.returns, underway.steps, underway.actions
                 ),
+                arrays.WindowArrays(*self._windows),
                 ring.storage.view(np.float32).reshape(ring.capacity, -1),
                 arrays.LearnerArrays(state.online_params, state.target_params, adam.mu, adam.nu),
                 self._next_q,
             )
         actor.count(env_steps=counts.env_steps, episodes=counts.episodes, updates=counts.updates)
         actor.next_q = self._next_q.copy() if counts.knows_values else None
+        if several:
+            self._windows.write(self._agent.n_steps, underway.observations)
         adam.advance(counts.adam_updates - adam.updates)
         ring.wrote(counts.added - ring.added)
         return metrics
