@@ -3,7 +3,8 @@
 The C++ tests run first, among them a fuzzer: with the thread sanitizer, then with those for
 addresses and undefined behaviour. With the latter, the engine is then compared with stock and used
 at random from Python, and the fused updates and the training loop are compared with their slow
-twins by their own tests. `make sanitize` runs it. A finding ends the process at once and is printed.
+twins by their own tests. `make sanitize` runs it. A finding ends the process at once and is
+printed.
 """
 
 import os

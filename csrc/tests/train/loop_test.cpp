@@ -212,9 +212,9 @@ TEST("a transition of three steps has the discounted sum of their rewards") {
   while (!training.counts.ended) training.advance(1);  // at the time limit of 20 steps
   CHECK_EQUAL(training.counts.added, 40);
   CHECK_EQUAL(training.window_lengths[0], 0);
-  CHECK_EQUAL(training.records[35 * kRecord + at.discount_t], 0.125f);
-  CHECK_EQUAL(training.records[36 * kRecord + at.discount_t], 0.25f);
-  CHECK_EQUAL(training.records[39 * kRecord + at.discount_t], 0.5f);
+  CHECK_EQUAL(training.records[34 * kRecord + at.discount_t], 0.125f);
+  CHECK_EQUAL(training.records[35 * kRecord + at.discount_t], 0.25f);
+  CHECK_EQUAL(training.records[36 * kRecord + at.discount_t], 0.5f);
 }
 
 TEST("an action that the network does not have is refused") {
