@@ -74,6 +74,7 @@ SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
     "rising learning rate": {
         "learning": {"learning_rate_duration": 300, "learning_rate_end": 0.01}
     },
+    "weights that are no numbers": {"learning": {"learning_rate": 1e30}},
     "dueling, layer norm": {"network": {"dueling": True, "layer_norm": True}},
 }
 
@@ -113,7 +114,7 @@ def told(step: AgentStep) -> dict[str, Any]:
         "result": [part.tobytes() for part in step.result],
         "epsilon": step.epsilon,
         "ended": [(e.number, e.actions, e.episode_return) for e in step.ended],
-        "metrics": step.metrics,
+        "metrics": repr(step.metrics),  # NaN is not equal to itself
     }
 
 
