@@ -22,6 +22,7 @@ def with_(section: str, **values: Any) -> Config:
 
 def test_dqn_with_fused_updates_on_the_exact_engine_is_compiled():
     assert why_python(FUSED) is None
+    assert why_python(with_("learning", backend="auto")) is None
     settings = {"double": True, "polyak": 0.1, "loss": "huber", "n_step": 3}
     assert why_python(with_("learning", **settings)) is None
     assert why_python(with_("replay", resaves=3)) is None
@@ -33,6 +34,7 @@ def test_dqn_with_fused_updates_on_the_exact_engine_is_compiled():
     [
         (presets.preset("swift"), "algorithm = 'pqn'"),
         (Config(), "backend = 'jax'"),
+        (with_("learning", backend="auto", optimizer="sgd"), "backend = 'jax'"),
         (replace(FUSED, env_id="CartPole-v1"), "env_id = 'CartPole-v1'"),
         (with_("learning", target="sarsa"), "target = 'sarsa'"),
         (with_("replay", prioritized=True), "prioritized = True"),

@@ -3,18 +3,12 @@
 import importlib.util
 from typing import Literal
 
+from touchdown.agents.learners.backend import backend_of
 from touchdown.config.config import Config
 from touchdown.lander.engine import engine_in_use
 from touchdown.lander.rules import is_lander
 
 Loop = Literal["compiled", "python"]
-
-# the values of settings that the compiled loop supports, by section; every other setting is free
-_SUPPORTED = {
-    "": {"algorithm": "dqn"},
-    "learning": {"backend": "fused", "target": "q-learning"},
-    "replay": {"prioritized": False},
-}
 
 
 def is_built() -> bool:
@@ -27,13 +21,21 @@ def why_python(config: Config) -> str | None:
 
     Both give the same bytes; the compiled loop is faster.
     """
-    for section, values in _SUPPORTED.items():
-        of_section = getattr(config, section) if section else config
-        for name, supported in values.items():
-            if (value := getattr(of_section, name)) != supported:
-                return f"{name} = {value!r}"
-    if not is_lander(config.env_id):
-        return f"env_id = {config.env_id!r}"
+    if reason := _unsupported(config):
+        return reason
     if (engine := engine_in_use()) != "exact":
         return f"engine = {engine!r}"
     return None if is_built() else "the compiled loop was not built"
+
+
+def _unsupported(config: Config) -> str | None:
+    """A setting that only Python's loop supports."""
+    if config.algorithm != "dqn":
+        return f"algorithm = {config.algorithm!r}"
+    if (backend := backend_of(config)) != "fused":
+        return f"backend = {backend!r}"
+    if config.learning.target != "q-learning":
+        return f"target = {config.learning.target!r}"
+    if config.replay.prioritized:
+        return "prioritized = True"
+    return None if is_lander(config.env_id) else f"env_id = {config.env_id!r}"
