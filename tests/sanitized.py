@@ -2,8 +2,9 @@
 
 The C++ tests run first, among them a fuzzer: with the thread sanitizer, then with those for
 addresses and undefined behaviour. With the latter, the engine is then compared with stock and used
-at random from Python, and the fused updates are compared with JAX by their own tests. `make
-sanitize` runs it. A finding ends the process at once and is printed.
+at random from Python, and the fused updates and the training loop are compared with their slow
+twins by their own tests. `make sanitize` runs it. A finding ends the process at once and is
+printed.
 """
 
 import os
@@ -18,6 +19,7 @@ THREADS = ROOT / "build" / "thread-sanitized"
 TOOLS = Path(sys.executable).parent
 ORACLES = ROOT / "tests" / "lander" / "engine"
 FUSED_TESTS = ROOT / "tests" / "agents" / "learners" / "test_fused.py"
+LOOP_TESTS = ROOT / "tests" / "training" / "test_compiled.py"
 # otherwise the editable install would come before the build in PYTHONPATH
 BUILT_FIRST = """
 import sys
@@ -40,9 +42,12 @@ fuzzer.main(40)
 """
 LEARN = f"""{BUILT_FIRST}
 from touchdown.agents.learners import _fused
-assert "sanitized" in _fused.__file__, _fused.__file__
+from touchdown.training import _train
+for module in (_fused, _train):
+    assert "sanitized" in module.__file__, module.__file__
 import pytest
-sys.exit(pytest.main(["-q", "-p", "no:cacheprovider", "-n", "0", {str(FUSED_TESTS)!r}]))
+tests = [{str(FUSED_TESTS)!r}, {str(LOOP_TESTS)!r}]
+sys.exit(pytest.main(["-q", "-p", "no:cacheprovider", "-n", "0", *tests]))
 """
 
 

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from touchdown.replay.n_step import NStep
+from touchdown.replay.n_step import NStep, Windows
 from touchdown.replay.transition import Transition
 
 
@@ -148,3 +148,20 @@ def test_waiting_changes_nothing_but_the_action_that_is_known(
     for _, start, action, _, _, end, ended, a_t in complete:
         assert action == 10 + start
         assert a_t == (0 if ended else 10 + end if end < len(rewards) else 99)
+
+
+def test_unfinished_steps_go_to_arrays_and_back():
+    steps = [NStep(3, 0.5) for _ in range(2)]
+    for time in (4, 5):
+        steps[1].push(observation(time), time, 10.0 + time, observation(time + 1), terminated=False)
+    windows = Windows.empty(2, 3, 1)
+    windows.a_tm1[0] = 9  # of steps that are over
+    windows.read(steps)
+    assert windows.lengths.tolist() == [0, 2]
+    assert windows.a_tm1[1, :2].tolist() == [4, 5]
+    others = [NStep(3, 0.5) for _ in range(2)]
+    others[0].push(observation(1), 1, 1.0, observation(2), terminated=False)
+    windows.write(others, np.array([[9], [6]], np.float32))
+    assert others[0].tensors() == {}
+    for name, array in steps[1].tensors().items():
+        np.testing.assert_array_equal(others[1].tensors()[name], array)

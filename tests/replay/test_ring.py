@@ -94,3 +94,12 @@ def test_restore_refuses_a_count_that_does_not_fill_the_memory(held: int, added:
 def test_a_ring_without_room_is_refused(capacity: int):
     with pytest.raises(ValueError, match=f"at least 1 record, got {capacity}"):
         Ring(capacity, DTYPE)
+
+
+def test_records_written_to_the_storage_count_like_those_appended():
+    appended, written = filled(3, 4), filled(3, 2)
+    for time in (2, 3):
+        written.storage[time % 3] = record(time)
+    written.wrote(2)
+    assert written.added == appended.added
+    np.testing.assert_array_equal(written.records, appended.records)

@@ -13,10 +13,10 @@
 #include <tuple>
 #include <vector>
 
+#include "fused/block.hpp"
 #include "fused/kernel.hpp"
 #include "fused/learning.hpp"
 #include "fused/network.hpp"
-#include "fused/python/block.hpp"
 #include "fused/transition.hpp"
 
 namespace touchdown::fused {

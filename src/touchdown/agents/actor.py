@@ -80,6 +80,11 @@ class Actor:
         self._explorer.schedule(self.episodes, self.env_steps)
         return before
 
+    def count(self, *, env_steps: int, episodes: int, updates: int) -> None:
+        """Set all counts, and ε by them."""
+        self.env_steps, self.episodes, self.updates = env_steps, episodes, updates
+        self._explorer.schedule(episodes, env_steps)
+
     def metrics_due(self, updates_before: int) -> bool:
         """Whether a metrics period was completed by the updates since `updates_before`."""
         return periods_crossed(updates_before, self.updates, self._metrics_period) > 0
@@ -121,6 +126,11 @@ class ActingAgent:
 
     def __init__(self, actor: Actor) -> None:
         self._actor = actor
+
+    @property
+    def actor(self) -> Actor:
+        """Its actor."""
+        return self._actor
 
     @property
     def env_steps(self) -> int:

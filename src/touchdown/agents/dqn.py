@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from touchdown.agents.actor import periods_crossed
 from touchdown.agents.learner_agent import LearnerAgent
 from touchdown.agents.learners.learner import Learner
+from touchdown.agents.learners.state import Metrics
 from touchdown.config.config import Config
 from touchdown.config.sections import ReplayConfig
 from touchdown.core import records
@@ -47,7 +48,7 @@ class DQNAgent(LearnerAgent):
             _proportional(config.replay),
         )
         learning = config.learning
-        self._n_steps = [
+        self.n_steps = [
             NStep(learning.n_step, learning.gamma, needs_next_action=learning.target == "sarsa")
             for _ in range(config.training.num_envs)
         ]
@@ -90,7 +91,7 @@ class DQNAgent(LearnerAgent):
     def _store(self, o_tm1: FloatArray, a_tm1: IntArray, steps: StepResult) -> None:
         actions, rewards = a_tm1.tolist(), steps.rewards.tolist()
         terminated, truncated = steps.terminated.tolist(), steps.truncated.tolist()
-        for index, window in enumerate(self._n_steps):
+        for index, window in enumerate(self.n_steps):
             o_t = steps.observations[index]
             complete = window.push(
                 o_tm1[index], actions[index], rewards[index], o_t, terminated=terminated[index]
@@ -124,8 +125,10 @@ class DQNAgent(LearnerAgent):
             errors: FloatArray = np.asarray(td_errors)
             for sample, td_error in zip(samples, errors, strict=True):
                 self.replay.update_priorities(sample.indices, td_error)
-        if metrics is None:
-            return None
+        return None if metrics is None else self.measured(metrics)
+
+    def measured(self, metrics: Metrics) -> dict[str, float]:
+        """An update's metrics and the memory's shares by name, for the records."""
         shares = self.replay.shares()
         return {
             **metrics.to_floats(self._config.learning.reward_scale),
@@ -138,7 +141,7 @@ class DQNAgent(LearnerAgent):
         return {
             "learner": self.learner.tensors(),
             "memory": self.replay.tensors(),
-            "n_step": n_step.tensors_of(self._n_steps),
+            "n_step": n_step.tensors_of(self.n_steps),
             "memory_added": self.replay.ring.added,
             **self._actor.state(),
         }
@@ -154,7 +157,7 @@ class DQNAgent(LearnerAgent):
         records.check(state["memory_added"], Count, "agent.memory_added")
         self.learner.restore(state["learner"])
         self.replay.restore(state["memory"], state["memory_added"])
-        n_step.restore(self._n_steps, state["n_step"])
+        n_step.restore(self.n_steps, state["n_step"])
         self._actor.restore(state)
 
 

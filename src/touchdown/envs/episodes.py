@@ -36,19 +36,21 @@ class Underway:
         """Number of the episode in each environment, [N]."""
         self.steps = np.array([len(episode.actions) for episode in episodes])
         """Steps taken in each episode, [N]."""
-        self._returns = np.array([episode.episode_return for episode in episodes])
+        self.returns = np.array([episode.episode_return for episode in episodes])
+        """Sum of the rewards in each episode, [N]."""
         room = max(_ROOM, 2 * int(self.steps.max()))
-        self._actions = np.zeros((len(episodes), room), np.int32)
+        self.actions = np.zeros((len(episodes), room), np.int32)
+        """Actions since the start of each episode, [N, room]; as many as its steps are valid."""
         for index, episode in enumerate(episodes):
-            self._actions[index, : len(episode.actions)] = episode.actions
+            self.actions[index, : len(episode.actions)] = episode.actions
 
     def add(self, indices: IntArray, actions: IntArray, steps: StepResult) -> None:
         """Record one step of some of the environments, in the order of `indices`."""
-        if self.steps.max() == self._actions.shape[1]:
-            self._actions = np.concatenate([self._actions, np.zeros_like(self._actions)], axis=1)
+        if self.steps.max() == self.actions.shape[1]:
+            self.actions = np.concatenate([self.actions, np.zeros_like(self.actions)], axis=1)
         self.observations[indices] = steps.observations
-        self._actions[indices, self.steps[indices]] = actions
-        self._returns[indices] += steps.rewards
+        self.actions[indices, self.steps[indices]] = actions
+        self.returns[indices] += steps.rewards
         self.steps[indices] += 1
 
     def begin(self, index: int, number: int, observation: FloatArray) -> None:
@@ -56,13 +58,13 @@ class Underway:
         self.observations[index] = observation
         self.numbers[index] = number
         self.steps[index] = 0
-        self._returns[index] = 0.0
+        self.returns[index] = 0.0
 
     def episode(self, index: int) -> Episode:
         """A copy of the current episode in one environment."""
-        actions = self._actions[index, : self.steps[index]].tolist()
+        actions = self.actions[index, : self.steps[index]].tolist()
         observation = self.observations[index].copy()
-        return Episode(int(self.numbers[index]), observation, actions, float(self._returns[index]))
+        return Episode(int(self.numbers[index]), observation, actions, float(self.returns[index]))
 
     def episodes(self) -> list[Episode]:
         """Copies of the current episodes in all environments."""

@@ -53,7 +53,7 @@ def make_pool(env_id: str, num_envs: int, engine: Engine) -> EnvPool:
         UserError: there is no such environment, or it cannot be made.
     """
     if engine == "exact" and rules.is_lander(env_id):
-        return _ExactEnvPool(num_envs, spaces_of(env_id, engine))
+        return ExactEnvPool(num_envs, spaces_of(env_id, engine))
     return StockEnvPool([make_env(env_id) for _ in range(num_envs)])
 
 
@@ -96,43 +96,57 @@ def _listed(numbers: IntArray) -> list[int]:
     return numbers.tolist()
 
 
-class _ExactEnvPool:
+class ExactEnvPool:
+    """Landers of the exact engine, with the arrays of their latest step.
+
+    Args:
+        num_envs: N, at least 1.
+        spaces: the lander's sizes.
+    """
+
     def __init__(self, num_envs: int, spaces: Spaces) -> None:
         from touchdown.lander._engine import Batch  # noqa: PLC0415 - if it was built
 
         self.spaces = spaces
         num_threads = min(threads.threads(), -(-num_envs // _ENVS_PER_THREAD))
-        self._batch = Batch(num_envs, num_threads=num_threads)
-        self._actions = np.zeros(num_envs, np.int64)
-        self._observations = np.zeros((num_envs, rules.OBSERVATION_SIZE), np.float32)
-        self._rewards = np.zeros(num_envs)
-        self._terminated = np.zeros(num_envs, np.bool_)
+        self.batch = Batch(num_envs, num_threads=num_threads)
+        self.actions = np.zeros(num_envs, np.int64)
+        """[N], like all that follow."""
+        self.observations = np.zeros((num_envs, rules.OBSERVATION_SIZE), np.float32)
+        """[N, D]"""
+        self.rewards = np.zeros(num_envs)
+        self.terminated = np.zeros(num_envs, np.bool_)
+        self.steps = np.zeros(num_envs, np.int64)
+        """Steps since the start of each episode."""
         self._tasks = np.zeros(num_envs, np.uint8)
-        self._steps = np.zeros(num_envs, np.int64)
 
     def reset(self, index: int, seed: int) -> FloatArray:
-        self._batch.seed(index, seed)
+        """Start an episode in one environment; return its first observation, [D]."""
+        self.batch.seed(index, seed)
         self._advance(np.array([index]), rules.BEGIN)
-        self._steps[index] = 0
-        return self._observations[index].copy()
+        self.steps[index] = 0
+        return self.observations[index].copy()
 
     def step(self, indices: IntArray, actions: IntArray) -> StepResult:
-        self._actions[indices] = actions
+        """Step some of the environments; see `EnvPool`."""
+        self.actions[indices] = actions
         self._advance(indices, rules.STEP)
-        self._steps[indices] += 1
+        self.steps[indices] += 1
+        return self.results(indices)
+
+    def results(self, indices: IntArray) -> StepResult:
+        """A copy of the results of the latest step of some of the environments."""
         return StepResult(
-            self._observations[indices],
-            self._rewards[indices],
-            self._terminated[indices],
-            self._steps[indices] >= rules.MAX_EPISODE_STEPS,
+            self.observations[indices],
+            self.rewards[indices],
+            self.terminated[indices],
+            self.steps[indices] >= rules.MAX_EPISODE_STEPS,
         )
 
     def _advance(self, indices: IntArray, task: int) -> None:
         self._tasks[:] = rules.NOTHING
         self._tasks[indices] = task
-        self._batch.step(
-            self._actions, self._observations, self._rewards, self._terminated, self._tasks
-        )
+        self.batch.step(self.actions, self.observations, self.rewards, self.terminated, self._tasks)
 
     def close(self) -> None:
         """Do nothing: the engine holds only memory."""

@@ -2,8 +2,10 @@
 
 from collections import deque
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from touchdown.core.types import FloatArray, Tensors
 from touchdown.replay.transition import Transition
@@ -117,6 +119,56 @@ class NStep:
         discount = 0.0 if terminated else self._gamma ** len(self._steps)
         o_tm1, a_tm1, _ = self._steps.popleft()
         return Transition(o_tm1, a_tm1, total, discount, terminated, a_t, self._last)
+
+
+class Windows(NamedTuple):
+    """The unfinished steps of N environments in arrays of one size, n steps for each."""
+
+    o_tm1: NDArray[np.float32]
+    """[N, n, D]"""
+    a_tm1: NDArray[np.int32]
+    """[N, n]"""
+    r_t: NDArray[np.float64]
+    """[N, n]"""
+    lengths: NDArray[np.int64]
+    """[N]: how many of the n steps there are; the first ones, the oldest first."""
+
+    @classmethod
+    def empty(cls, num_envs: int, n: int, observation_size: int) -> "Windows":
+        """Arrays without steps."""
+        return cls(
+            np.zeros((num_envs, n, observation_size), np.float32),
+            np.zeros((num_envs, n), np.int32),
+            np.zeros((num_envs, n)),
+            np.zeros(num_envs, np.int64),
+        )
+
+    def read(self, windows: Sequence[NStep]) -> None:
+        """Copy the steps of N environments into the arrays."""
+        for index, window in enumerate(windows):
+            held = window.tensors()
+            self.lengths[index] = count = len(held["r_t"]) if held else 0
+            if count:
+                self.o_tm1[index, :count] = held["o_tm1"]
+                self.a_tm1[index, :count] = held["a_tm1"]
+                self.r_t[index, :count] = held["r_t"]
+
+    def write(self, windows: Sequence[NStep], observations: FloatArray) -> None:
+        """Set the steps of N environments to those in the arrays.
+
+        Args:
+            windows: the environments' steps.
+            observations: the observation after the newest step of each, [N, D].
+        """
+        for index, window in enumerate(windows):
+            count = int(self.lengths[index])
+            held = {
+                "o_tm1": self.o_tm1[index, :count],
+                "a_tm1": self.a_tm1[index, :count],
+                "r_t": self.r_t[index, :count],
+                "last": observations[index],
+            }
+            window.restore(held if count else {})
 
 
 def tensors_of(windows: Sequence[NStep]) -> Tensors:

@@ -42,6 +42,15 @@ class Ring:
         """The stored records, in storage order, not by age (a view)."""
         return self._records[: len(self)]
 
+    @property
+    def storage(self) -> RecordArray:
+        """All memory for records, stored or not, [capacity] (no copy)."""
+        return self._records
+
+    def wrote(self, count: int) -> None:
+        """Count records that the caller wrote to `storage`, each where `append` would have."""
+        self._added += count
+
     def append(self, record: tuple[Any, ...]) -> None:
         """Store one record, given as a tuple of its fields."""
         self._records[self._added % len(self._records)] = record

@@ -13,6 +13,7 @@ from touchdown.core import device, installation, records, threads
 from touchdown.core.records import Count
 from touchdown.lander.engine import Engine, engine_built, engine_in_use
 from touchdown.lander.rules import is_lander
+from touchdown.runs.loop import Loop, why_python
 
 FORMAT_VERSION = 1
 _RECORDED_PACKAGES = (
@@ -45,6 +46,10 @@ class Provenance(Struct, frozen=True, kw_only=True):
     """Number of cores that the run could use."""
     engine: Engine = "gymnasium"
     """Engine that simulated the training episodes."""
+    loop: Loop = "python"
+    """Training loop; results are the same."""
+    why_python: str | None = None
+    """Why the loop was Python's and not the compiled one; None of the latter."""
     simd: str | None = None
     """Instruction set of the C++ code; None if it was not built. The engine gives the same bytes
     with each, fused updates round differently."""
@@ -56,6 +61,7 @@ class Provenance(Struct, frozen=True, kw_only=True):
 
 def provenance_of(config: Config) -> Provenance:
     """The provenance of a new run with these settings."""
+    reason = why_python(config)
     return Provenance(
         config_digest=config.digest,
         seed=config.seed,
@@ -66,6 +72,8 @@ def provenance_of(config: Config) -> Provenance:
         cpu=cpu_name(),
         cpus_available=threads.available(),
         engine=engine_in_use() if is_lander(config.env_id) else "gymnasium",
+        loop="compiled" if reason is None else "python",
+        why_python=reason,
         simd=_simd(),
         device=device.chosen(),
         threads=threads.threads() if device.chosen() == "cpu" else None,

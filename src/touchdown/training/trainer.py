@@ -1,8 +1,9 @@
 """Trains or resumes one run until its best checkpoint is selected."""
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -14,21 +15,24 @@ from touchdown.core.seeding import streams, training_start
 from touchdown.core.types import Outcome, Policy
 from touchdown.envs.episodes import Episode, Underway
 from touchdown.envs.outcome import outcome_of
-from touchdown.envs.pool import make_pool
+from touchdown.envs.pool import ExactEnvPool, make_pool
 from touchdown.evaluation.evaluator import NUM_ENVS, Evaluator
 from touchdown.lander import engine as engines
 from touchdown.lander import rules
 from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
+from touchdown.runs.loop import why_python
 from touchdown.training import checkpoint
 from touchdown.training.history import History
 from touchdown.training.loggers import Recorder
-from touchdown.training.loop import AgentStep, begin, interact
+from touchdown.training.loop import STEPS_BETWEEN_LOOKS, AgentStep, begin, interact
 from touchdown.training.pace import Budget, Pace, TrainingStatus
 from touchdown.training.resume import replay_episodes
 from touchdown.training.selection import Selection
 
-_STEPS_BETWEEN_LOOKS = 50  # between checks of `should_stop` within an episode
+if TYPE_CHECKING:
+    from touchdown.agents.dqn import DQNAgent
+
 # environments of the exact engine in the evaluator; they are cheap, and more are faster
 _NUM_EXACT_ENVS = 128
 
@@ -45,6 +49,8 @@ class Trainer:
         on_episode: called after each episode of the final selection.
         on_scalars: called with the environment steps so far and the scalars by tag, as they are
             recorded. An exception that it raises ends training; the last checkpoint stays intact.
+        may_compile: whether to use the compiled loop if it supports the config; results are the
+            same without it.
 
     Raises:
         DamagedError: the run has checkpoints, but none is whole.
@@ -61,6 +67,7 @@ class Trainer:
         on_phase: Callable[[str, int], object] = lambda _text, _count: None,
         on_episode: Callable[[], object] = lambda: None,
         on_scalars: Callable[[int, Mapping[str, float]], object] = lambda _step, _scalars: None,
+        may_compile: bool = True,
     ) -> None:
         self._began = time.monotonic()
         self._folder = folder
@@ -70,6 +77,7 @@ class Trainer:
         self._on_phase = on_phase
         self._on_episode = on_episode
         self._on_scalars = on_scalars
+        self._compiled = may_compile and why_python(self._config) is None
         with ExitStack() as resources:
             resources.enter_context(folders.lock(folder))
             self._open(resources)
@@ -138,8 +146,8 @@ class Trainer:
         )
         last_saved = time.monotonic()
         self._underway = underway = self._first_episodes()
-        for agent_step in interact(self._agent, self._pool, self._start_of, underway):
-            progress.env_steps += len(agent_step.actions)
+        for agent_step in self._steps(underway):
+            progress.env_steps += agent_step.num_steps * len(agent_step.actions)
             if agent_step.metrics is not None:
                 self._record_update(agent_step.metrics)
             self._record_episodes(agent_step, pace)
@@ -148,7 +156,7 @@ class Trainer:
                 progress.trained = self._budget.done(progress.episodes, env_steps) >= 1
                 if env_steps >= progress.next_validation or progress.trained:
                     self._selection.validate(pace.seconds)
-            elif underway.steps[0] % _STEPS_BETWEEN_LOOKS:
+            elif underway.steps[0] % STEPS_BETWEEN_LOOKS:
                 continue
             stop = self._should_stop()
             due = agent_step.ended and time.monotonic() - last_saved >= period
@@ -160,6 +168,17 @@ class Trainer:
                 raise Interrupted
             if progress.trained:
                 return
+
+    def _steps(self, underway: Underway) -> Iterator[AgentStep]:
+        """The steps of training, endless, from the compiled loop or from Python's."""
+        if not self._compiled:
+            return interact(self._agent, self._pool, self._start_of, underway)
+        # here, because it loads JAX, which not every agent needs
+        from touchdown.training.compiled import CompiledLoop  # noqa: PLC0415
+
+        agent, pool = cast("DQNAgent", self._agent), cast(ExactEnvPool, self._pool)
+        loop = CompiledLoop(agent, pool, self._streams, self._config)
+        return loop.interact(self._start_of, underway)
 
     def _record_update(self, metrics: Mapping[str, float]) -> None:
         self._history.update(

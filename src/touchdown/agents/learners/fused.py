@@ -116,7 +116,7 @@ class FusedLearner(StateOwner):
     ) -> UpdateResult:
         """Update the parameters with K minibatches, one after the other."""
         del updates
-        config, adam = self._config.learning, _adam_of(self.state)
+        config, adam = self._config.learning, adam_of(self.state)
         td_error = np.empty(packed.shape[:2], np.float32)
         metrics = self.model.perceptron.learn(
             cast(Any, self.state.online_params),
@@ -137,7 +137,7 @@ class FusedLearner(StateOwner):
         )
         adam.advance(len(packed))
         next_q = self.model.values_of_each(self.state.online_params, next_observations)
-        return UpdateResult(_metrics(metrics) if measured else None, td_error, next_q)
+        return UpdateResult(metrics_of(metrics) if measured else None, td_error, next_q)
 
     def fit_rollout(
         self, rollout: Rollout, order: NDArray[np.int64], next_observations: FloatArray
@@ -170,7 +170,7 @@ class FusedLearner(StateOwner):
         Returns:
             Metrics of the last update.
         """
-        config, adam = self._config.learning, _adam_of(self.state)
+        config, adam = self._config.learning, adam_of(self.state)
         metrics = self.model.perceptron.fit(
             cast(Any, self.state.online_params),
             adam.mu,
@@ -186,7 +186,7 @@ class FusedLearner(StateOwner):
             max_grad_norm=config.max_grad_norm,
         )
         adam.advance(len(order))
-        return _metrics(metrics)
+        return metrics_of(metrics)
 
     @cached_property
     def _targets(self) -> Any:
@@ -198,7 +198,7 @@ def numpy_state(state: LearnerState) -> LearnerState:
     return cast(LearnerState, jax.tree.map(np.array, state))
 
 
-class _Adam(NamedTuple):
+class Adam(NamedTuple):
     """Adam's arrays inside the optimiser state, which the kernel writes to."""
 
     mu: Floats
@@ -208,19 +208,22 @@ class _Adam(NamedTuple):
 
     @property
     def updates(self) -> int:
+        """Updates so far."""
         return int(self.counts[0])
 
     def advance(self, updates: int) -> None:
+        """Count more updates."""
         for count in self.counts:
             count[...] += updates
 
 
-def _adam_of(state: LearnerState) -> _Adam:
+def adam_of(state: LearnerState) -> Adam:
+    """The arrays of Adam in a learner's state."""
     leaves = cast(list[tuple[Any, Any]], jax.tree.leaves_with_path(state.opt_state))
     named = [(path[-1].name, leaf) for path, leaf in leaves]
     (mu,) = (leaf for name, leaf in named if name == "mu")
     (nu,) = (leaf for name, leaf in named if name == "nu")
-    return _Adam(mu, nu, [leaf for name, leaf in named if name == "count"])
+    return Adam(mu, nu, [leaf for name, leaf in named if name == "count"])
 
 
 def step_sizes(config: LearningConfig, first: int, count: int) -> Floats:
@@ -234,5 +237,6 @@ def step_sizes(config: LearningConfig, first: int, count: int) -> Floats:
     return (config.learning_rate_end + fall * left).astype(np.float32)
 
 
-def _metrics(values: tuple[float, float, float, float]) -> Metrics:
+def metrics_of(values: tuple[float, float, float, float]) -> Metrics:
+    """The metrics that the kernel returned: loss, mean Q, greatest Q, gradient norm."""
     return Metrics(*(cast(Any, value) for value in values))

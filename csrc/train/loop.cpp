@@ -1,0 +1,200 @@
+#include "train/loop.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <stdexcept>
+#include <string>
+
+#include "engine/lander.hpp"
+#include "fused/kernel.hpp"
+
+namespace touchdown::train {
+
+namespace {
+
+// The first of the largest values. As in NumPy's argmax, a NaN counts as the largest.
+std::int64_t greedy_action(const float* q, int num_actions) {
+  int best = 0;
+  for (int a = 1; a < num_actions && !std::isnan(q[best]); ++a) {
+    if (!(q[a] <= q[best])) best = a;
+  }
+  return best;
+}
+
+}  // namespace
+
+std::optional<fused::Metrics> Loop::advance(const Parts& parts, std::int64_t max_steps,
+                                            Counts& counts) {
+  Learnt learnt;
+  if (counts.ended) {
+    counts.ended = false;
+    learnt = learn(parts, counts);
+  }
+  for (std::int64_t step = 0; step < max_steps && !learnt.metrics; ++step) {
+    act(parts, counts);
+    const Environments& environments = parts.environments;
+    for (std::size_t i = 0; i < environments.landers.size(); ++i) {
+      environments.throttles[i] =
+          engine::discrete_throttle(static_cast<int>(environments.actions[i]));
+    }
+    engine::step(environments.landers, environments.throttles, environments.tasks,
+                 environments.results, environments.workspaces, environments.workers);
+    if (record(parts, counts) > 0) {
+      counts.ended = true;
+      return std::nullopt;
+    }
+    learnt = learn(parts, counts);
+  }
+  // The Python loop computes them after every update; in between, they are computed when needed.
+  if (learnt.updated && !counts.knows_values) compute_values(parts, counts);
+  return learnt.metrics;
+}
+
+void Loop::act(const Parts& parts, Counts& counts) {
+  const std::size_t num_envs = parts.environments.landers.size();
+  const int num_actions = network_.num_actions;
+  std::int64_t* const actions = parts.environments.actions;
+  explores_.resize(num_envs);
+  for (char& explores : explores_) explores = draw_uniform(parts.exploration) < counts.epsilon;
+  if (std::find(explores_.begin(), explores_.end(), 0) != explores_.end()) {
+    if (!counts.knows_values) compute_values(parts, counts);
+    for (std::size_t i = 0; i < num_envs; ++i) {
+      actions[i] = greedy_action(parts.q + i * static_cast<std::size_t>(num_actions), num_actions);
+    }
+  }
+  for (std::size_t i = 0; i < num_envs; ++i) {
+    if (explores_[i] != 0) {
+      actions[i] = draw_integer(parts.exploration, static_cast<std::uint32_t>(num_actions));
+    }
+  }
+  counts.epsilon_used = counts.epsilon;
+}
+
+void Loop::compute_values(const Parts& parts, Counts& counts) {
+  const fused::NetworkKernel& kernel = fused::kernel();
+  kernel.values(network_, parts.learner.online, parts.episodes.observations,
+                static_cast<std::ptrdiff_t>(parts.environments.landers.size()),
+                block_.of_size(kernel.values_workspace(network_)), parts.q);
+  counts.knows_values = true;
+}
+
+std::int64_t Loop::record(const Parts& parts, Counts& counts) {
+  const Environments& environments = parts.environments;
+  const Episodes& episodes = parts.episodes;
+  const std::size_t size = parts.memory.num_observations;
+  std::int64_t num_ended = 0;
+  for (std::size_t i = 0; i < environments.landers.size(); ++i) {
+    const float* const o_t = environments.results.observations + i * size;
+    float* const o_tm1 = episodes.observations + i * size;
+    const double reward = environments.results.rewards[i];
+    const bool terminated = environments.results.terminated[i];
+    const auto action = static_cast<std::int32_t>(environments.actions[i]);
+    ++environments.steps[i];
+    const bool truncated = environments.steps[i] >= settings_.max_episode_steps;
+    store(parts, i, truncated, counts);
+    std::copy_n(o_t, size, o_tm1);
+    episodes.actions[i * episodes.room + static_cast<std::size_t>(episodes.steps[i])] = action;
+    episodes.returns[i] += reward;
+    ++episodes.steps[i];
+    if (terminated || truncated) ++num_ended;
+  }
+  counts.env_steps += static_cast<std::int64_t>(environments.landers.size());
+  counts.episodes += num_ended;
+  counts.epsilon = epsilon_after(settings_, counts.episodes, counts.env_steps);
+  counts.knows_values = false;
+  return num_ended;
+}
+
+void Loop::store(const Parts& parts, std::size_t i, bool truncated, Counts& counts) {
+  const Environments& environments = parts.environments;
+  const std::size_t size = parts.memory.num_observations;
+  const auto n = static_cast<std::size_t>(settings_.n_step);
+  float* const o_tm1 = parts.windows.o_tm1 + i * n * size;
+  std::int32_t* const a_tm1 = parts.windows.a_tm1 + i * n;
+  double* const r_t = parts.windows.r_t + i * n;
+  auto length = static_cast<std::size_t>(parts.windows.lengths[i]);
+  std::copy_n(parts.episodes.observations + i * size, size, o_tm1 + length * size);
+  a_tm1[length] = static_cast<std::int32_t>(environments.actions[i]);
+  r_t[length] = environments.results.rewards[i];
+  ++length;
+
+  const bool terminated = environments.results.terminated[i];
+  const std::size_t complete = terminated || truncated ? length : (length == n ? 1 : 0);
+  for (std::size_t first = 0; first < complete; ++first) {
+    double total = 0.0;
+    for (std::size_t k = length; k > first; --k) total = r_t[k - 1] + settings_.gamma * total;
+    const double discount =
+        terminated ? 0.0 : std::pow(settings_.gamma, static_cast<double>(length - first));
+    const Step step{.o_tm1 = o_tm1 + first * size,
+                    .a_tm1 = a_tm1[first],
+                    .r_t = static_cast<float>(total),
+                    .discount_t = static_cast<float>(discount),
+                    .terminated = terminated,
+                    .o_t = environments.results.observations + i * size};
+    const std::int64_t copies = total > settings_.resave_threshold ? 1 + settings_.resaves : 1;
+    for (std::int64_t copy = 0; copy < copies; ++copy) parts.memory.store(step, counts.added++);
+  }
+  std::copy(o_tm1 + complete * size, o_tm1 + length * size, o_tm1);
+  std::copy(a_tm1 + complete, a_tm1 + length, a_tm1);
+  std::copy(r_t + complete, r_t + length, r_t);
+  parts.windows.lengths[i] = static_cast<std::int64_t>(length - complete);
+}
+
+Loop::Learnt Loop::learn(const Parts& parts, Counts& counts) {
+  const std::int64_t after = counts.env_steps;
+  const std::int64_t before = after - static_cast<std::int64_t>(parts.environments.landers.size());
+  const std::int64_t due = periods_crossed(before, after, settings_.update_period);
+  Learnt learnt;
+  if (due > 0 && parts.memory.size(counts.added) >= settings_.min_size) {
+    const std::int64_t updates_before = counts.updates;
+    const fused::Metrics metrics = update(parts, due * settings_.gradient_steps, counts);
+    learnt.updated = true;
+    if (periods_crossed(updates_before, counts.updates, settings_.metrics_period) > 0) {
+      learnt.metrics = metrics;
+    }
+  }
+  const std::int64_t period = settings_.target_period;
+  if (period > 0 && periods_crossed(before, after, period) > 0) {
+    std::copy_n(parts.learner.online, network_.num_params, parts.learner.target);
+  }
+  return learnt;
+}
+
+fused::Metrics Loop::update(const Parts& parts, std::int64_t count, Counts& counts) {
+  const fused::Samples packed =
+      fused::packed_samples(parts.memory.records, network_.num_observations);
+  const auto size = static_cast<std::uint32_t>(parts.memory.size(counts.added));
+  order_.resize(static_cast<std::size_t>(count * settings_.batch_size));
+  for (std::int64_t& index : order_) {
+    index = draw_integer(parts.replay, size);
+    const std::int32_t action = packed.a_tm1[index * packed.stride];
+    if (action < 0 || action >= network_.num_actions) {
+      throw std::invalid_argument("a stored transition has action " + std::to_string(action) +
+                                  ": must be from 0 to " +
+                                  std::to_string(network_.num_actions - 1));
+    }
+  }
+  rates_.resize(static_cast<std::size_t>(count));
+  for (std::int64_t k = 0; k < count; ++k) {
+    rates_[static_cast<std::size_t>(k)] = learning_rate_after(settings_, counts.adam_updates + k);
+  }
+  td_error_.resize(order_.size());
+  fused::Samples samples = packed;
+  samples.order = order_.data();
+  const auto batch_size = static_cast<int>(settings_.batch_size);
+  const fused::Updates updates{.num_before = counts.adam_updates,
+                               .count = static_cast<std::size_t>(count),
+                               .batch_size = batch_size,
+                               .rates = rates_.data(),
+                               .weights = nullptr,
+                               .td_error = td_error_.data()};
+  float* const workspace = block_.of_size(fused::updates_workspace(network_, batch_size));
+  const fused::Metrics metrics =
+      fused::run_updates(network_, settings_.rule, parts.learner, samples, updates, workspace);
+  counts.updates += count;
+  counts.adam_updates += count;
+  return metrics;
+}
+
+}  // namespace touchdown::train

@@ -1,0 +1,246 @@
+// The Python class `Loop`, which checks all arguments before anything is written.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "engine/python/batch.hpp"
+#include "fused/network.hpp"
+#include "fused/transition.hpp"
+#include "train/loop.hpp"
+
+namespace touchdown::train {
+
+namespace nb = nanobind;
+
+using engine::Array;
+using engine::Observations;
+using engine::refuse;
+using engine::Vector;
+template <typename T>
+using Matrix = Array<T, nb::shape<-1, -1>>;
+using MetricsTuple = std::tuple<float, float, float, float>;
+
+// Refuses an array whose length is not the one expected.
+inline void need(std::size_t given, std::size_t wanted, const char* name) {
+  if (given == wanted) return;
+  refuse(std::string(name) + " has " + std::to_string(given) + " entries, must have " +
+         std::to_string(wanted));
+}
+
+inline void need_least(std::int64_t given, std::int64_t least, const char* name) {
+  if (given >= least) return;
+  refuse(std::string(name) + " = " + std::to_string(given) + ": must be at least " +
+         std::to_string(least));
+}
+
+inline Settings checked(const Settings& settings) {
+  need_least(settings.epsilon_duration, 1, "epsilon_duration");
+  need_least(settings.min_size, 1, "min_size");
+  need_least(settings.n_step, 1, "n_step");
+  need_least(settings.resaves, 0, "resaves");
+  need_least(settings.learning_rate_duration, 0, "learning_rate_duration");
+  need_least(settings.batch_size, 1, "batch_size");
+  need_least(fused::kMaxSize, settings.batch_size, "the largest batch_size");
+  need_least(settings.update_period, 1, "update_period");
+  need_least(settings.gradient_steps, 1, "gradient_steps");
+  need_least(settings.target_period, 0, "target_period");
+  need_least(settings.metrics_period, 1, "metrics_period");
+  need_least(settings.max_episode_steps, 1, "max_episode_steps");
+  return settings;
+}
+
+inline BitGenerator generator_of(const nb::object& bit_generator) {
+  const nb::object capsule = bit_generator.attr("capsule");
+  void* const found = PyCapsule_GetPointer(capsule.ptr(), "BitGenerator");
+  if (found == nullptr) nb::raise_python_error();
+  return *static_cast<const BitGenerator*>(found);
+}
+
+// The arrays of a pool of environments, [N] or [N, D].
+struct PoolArrays {
+  Vector<std::int64_t> actions;
+  Observations observations;
+  Vector<double> rewards;
+  Vector<bool> terminated;
+  Vector<std::int64_t> steps;
+};
+
+// The arrays of the episodes underway, [N], [N, D] or [N, room].
+struct EpisodeArrays {
+  Observations observations;
+  Vector<double> returns;
+  Vector<std::int64_t> steps;
+  Matrix<std::int32_t> actions;
+};
+
+// The arrays of unfinished n-step returns, [N, n, D], [N, n] or [N].
+struct WindowArrays {
+  Array<float, nb::shape<-1, -1, engine::kObservationSize>> o_tm1;
+  Matrix<std::int32_t> a_tm1;
+  Matrix<double> r_t;
+  Vector<std::int64_t> lengths;
+};
+
+// The arrays of a learner, [P].
+struct LearnerArrays {
+  Vector<float> online;
+  std::optional<Vector<float>> target;
+  Vector<float> mu;
+  Vector<float> nu;
+};
+
+// The Python class `Loop`. While one thread steps a batch, others are refused.
+class PythonLoop {
+ public:
+  PythonLoop(engine::Batch& batch, const nb::object& exploration, const nb::object& replay,
+             const Settings& settings, const std::vector<std::int64_t>& hidden_sizes,
+             bool layer_norm, bool dueling)
+      : batch_(batch),
+        exploration_(generator_of(exploration)),
+        replay_(generator_of(replay)),
+        loop_(checked(settings), fused::make_network(engine::kObservationSize, hidden_sizes,
+                                                     engine::kNumActions, layer_norm, dueling)) {
+    if (batch.landers.front().config.continuous != 0) {
+      refuse("these landers take pairs of throttles: must take whole numbers");
+    }
+  }
+  PythonLoop(const PythonLoop&) = delete;
+  PythonLoop& operator=(const PythonLoop&) = delete;
+
+  std::optional<MetricsTuple> advance(std::int64_t max_steps, Counts& counts,
+                                      const PoolArrays& pool, const EpisodeArrays& episodes,
+                                      const WindowArrays& windows, const Matrix<float>& records,
+                                      const LearnerArrays& learner, const Matrix<float>& q) {
+    need_idle(batch_);
+    const engine::Stepping stepping(batch_);
+    need_least(max_steps, 0, "max_steps");
+    check(counts);
+    check(pool);
+    check(episodes, pool);
+    check(windows);
+    check(learner);
+    need_rows(batch_, q.shape(0), "q");
+    need(q.shape(1), static_cast<std::size_t>(engine::kNumActions), "a row of q");
+    need(records.shape(1), fused::transition_fields(engine::kObservationSize).size, "a transition");
+    if (records.shape(0) < 1 || records.shape(0) > kMostRecords) {
+      refuse("records has " + std::to_string(records.shape(0)) + " rows, must have from 1 to " +
+             std::to_string(kMostRecords));
+    }
+    set_tasks(batch_, std::nullopt);
+    const Parts parts{.environments = {.landers = batch_.landers,
+                                       .throttles = batch_.throttles,
+                                       .tasks = batch_.tasks,
+                                       .workspaces = batch_.workspaces,
+                                       .workers = batch_.workers,
+                                       .actions = pool.actions.data(),
+                                       .results = {pool.observations.data(), pool.rewards.data(),
+                                                   pool.terminated.data()},
+                                       .steps = pool.steps.data()},
+                      .episodes = {.observations = episodes.observations.data(),
+                                   .returns = episodes.returns.data(),
+                                   .steps = episodes.steps.data(),
+                                   .actions = episodes.actions.data(),
+                                   .room = episodes.actions.shape(1)},
+                      .windows = {.o_tm1 = windows.o_tm1.data(),
+                                  .a_tm1 = windows.a_tm1.data(),
+                                  .r_t = windows.r_t.data(),
+                                  .lengths = windows.lengths.data()},
+                      .memory = {.records = records.data(),
+                                 .capacity = static_cast<std::int64_t>(records.shape(0)),
+                                 .num_observations = engine::kObservationSize},
+                      .learner = {.online = learner.online.data(),
+                                  .target = learner.target ? learner.target->data() : nullptr,
+                                  .mu = learner.mu.data(),
+                                  .nu = learner.nu.data()},
+                      .q = q.data(),
+                      .exploration = exploration_,
+                      .replay = replay_};
+    const nb::gil_scoped_release released;
+    const auto metrics = loop_.advance(parts, max_steps, counts);
+    if (!metrics) return std::nullopt;
+    return MetricsTuple{metrics->loss, metrics->mean_q, metrics->max_q, metrics->gradient_norm};
+  }
+
+ private:
+  static constexpr std::size_t kMostRecords = 0xffffffff;  // drawn from in 32 bits
+
+  void check(const Counts& counts) const {
+    need_least(counts.env_steps, 0, "env_steps");
+    need_least(counts.episodes, 0, "episodes");
+    need_least(counts.updates, 0, "updates");
+    need_least(counts.adam_updates, 0, "adam_updates");
+    need_least(counts.added, 0, "added");
+  }
+
+  void check(const PoolArrays& pool) const {
+    need_rows(batch_, pool.actions.shape(0), "actions");
+    need_rows(batch_, pool.observations.shape(0), "observations");
+    need_rows(batch_, pool.rewards.shape(0), "rewards");
+    need_rows(batch_, pool.terminated.shape(0), "terminated");
+    need_rows(batch_, pool.steps.shape(0), "steps");
+  }
+
+  // An episode has at most `max_episode_steps` steps, which is room enough for its actions.
+  void check(const EpisodeArrays& episodes, const PoolArrays& pool) const {
+    need_rows(batch_, episodes.observations.shape(0), "observations of the episodes");
+    need_rows(batch_, episodes.returns.shape(0), "returns");
+    need_rows(batch_, episodes.steps.shape(0), "steps of the episodes");
+    need_rows(batch_, episodes.actions.shape(0), "actions of the episodes");
+    const std::int64_t most = loop_.settings().max_episode_steps;
+    need_least(static_cast<std::int64_t>(episodes.actions.shape(1)), most,
+               "room for the actions of an episode");
+    for (std::size_t i = 0; i < batch_.landers.size(); ++i) {
+      if (episodes.steps(i) != pool.steps(i) || pool.steps(i) < 0 || pool.steps(i) >= most) {
+        refuse("environment " + std::to_string(i) + " is after " + std::to_string(pool.steps(i)) +
+               " steps, its episode after " + std::to_string(episodes.steps(i)) +
+               ": must be the same number, from 0 to " + std::to_string(most - 1));
+      }
+    }
+  }
+
+  void check(const WindowArrays& windows) const {
+    need_rows(batch_, windows.o_tm1.shape(0), "o_tm1 of the windows");
+    need_rows(batch_, windows.a_tm1.shape(0), "a_tm1 of the windows");
+    need_rows(batch_, windows.r_t.shape(0), "r_t of the windows");
+    need_rows(batch_, windows.lengths.shape(0), "lengths of the windows");
+    const std::int64_t n = loop_.settings().n_step;
+    need(windows.o_tm1.shape(1), static_cast<std::size_t>(n), "o_tm1 of a window");
+    need(windows.a_tm1.shape(1), static_cast<std::size_t>(n), "a_tm1 of a window");
+    need(windows.r_t.shape(1), static_cast<std::size_t>(n), "r_t of a window");
+    for (std::size_t i = 0; i < batch_.landers.size(); ++i) {
+      const std::int64_t length = windows.lengths(i);
+      if (length < 0 || length >= n) {
+        refuse("the window of environment " + std::to_string(i) + " holds " +
+               std::to_string(length) + " steps: must be from 0 to " + std::to_string(n - 1));
+      }
+    }
+  }
+
+  void check(const LearnerArrays& learner) const {
+    const auto size = static_cast<std::size_t>(loop_.network().num_params);
+    need(learner.online.shape(0), size, "online");
+    if (learner.target) need(learner.target->shape(0), size, "target");
+    need(learner.mu.shape(0), size, "mu");
+    need(learner.nu.shape(0), size, "nu");
+    const Settings& settings = loop_.settings();
+    const bool needs_target =
+        settings.rule.double_q || settings.rule.polyak > 0.0f || settings.target_period > 0;
+    if (needs_target && !learner.target) refuse("target = None: must be given");
+  }
+
+  engine::Batch& batch_;
+  BitGenerator exploration_;
+  BitGenerator replay_;
+  Loop loop_;
+};
+
+}  // namespace touchdown::train

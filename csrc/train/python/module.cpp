@@ -1,0 +1,153 @@
+// The Python module touchdown.training._train.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "train/draws.hpp"
+#include "train/python/loop.hpp"
+
+namespace touchdown::train {
+
+using namespace nanobind::literals;
+
+namespace {
+
+void set_schedule(Settings& settings, const std::string& name) {
+  if (name == "constant") {
+    settings.schedule = Schedule::kConstant;
+  } else if (name == "linear") {
+    settings.schedule = Schedule::kLinear;
+  } else if (name == "exponential") {
+    settings.schedule = Schedule::kExponential;
+  } else {
+    refuse("schedule = '" + name + "': must be constant, linear or exponential");
+  }
+}
+
+std::string schedule_of(const Settings& settings) {
+  switch (settings.schedule) {
+    case Schedule::kLinear:
+      return "linear";
+    case Schedule::kExponential:
+      return "exponential";
+    case Schedule::kConstant:
+      break;
+  }
+  return "constant";
+}
+
+// A setting of `Settings::rule`, as if it were one of `Settings`.
+template <auto field, typename Class>
+void def_rule(Class& settings, const char* name) {
+  using Value = std::remove_reference_t<decltype(std::declval<fused::Rule&>().*field)>;
+  settings.def_prop_rw(
+      name, [](const Settings& self) { return self.rule.*field; },
+      [](Settings& self, Value value) { self.rule.*field = value; });
+}
+
+void bind_settings(nb::module_& m) {
+  nb::class_<Settings> settings(m, "Settings");
+  settings.def(nb::init<>())
+      .def_prop_rw("schedule", &schedule_of, &set_schedule)
+      .def_rw("epsilon_start", &Settings::epsilon_start)
+      .def_rw("epsilon_end", &Settings::epsilon_end)
+      .def_rw("epsilon_decay", &Settings::epsilon_decay)
+      .def_rw("epsilon_duration", &Settings::epsilon_duration)
+      .def_rw("min_size", &Settings::min_size)
+      .def_rw("resaves", &Settings::resaves)
+      .def_rw("resave_threshold", &Settings::resave_threshold)
+      .def_rw("gamma", &Settings::gamma)
+      .def_rw("n_step", &Settings::n_step)
+      .def_rw("learning_rate", &Settings::learning_rate)
+      .def_rw("learning_rate_end", &Settings::learning_rate_end)
+      .def_rw("learning_rate_duration", &Settings::learning_rate_duration)
+      .def_rw("batch_size", &Settings::batch_size)
+      .def_rw("update_period", &Settings::update_period)
+      .def_rw("gradient_steps", &Settings::gradient_steps)
+      .def_rw("target_period", &Settings::target_period)
+      .def_rw("metrics_period", &Settings::metrics_period)
+      .def_rw("max_episode_steps", &Settings::max_episode_steps);
+  def_rule<&fused::Rule::huber>(settings, "huber");
+  def_rule<&fused::Rule::double_q>(settings, "double");
+  def_rule<&fused::Rule::reward_scale>(settings, "reward_scale");
+  def_rule<&fused::Rule::max_grad_norm>(settings, "max_grad_norm");
+  def_rule<&fused::Rule::polyak>(settings, "polyak");
+}
+
+void bind_counts(nb::module_& m) {
+  nb::class_<Counts>(m, "Counts")
+      .def(nb::init<>())
+      .def_rw("env_steps", &Counts::env_steps)
+      .def_rw("episodes", &Counts::episodes)
+      .def_rw("updates", &Counts::updates)
+      .def_rw("adam_updates", &Counts::adam_updates)
+      .def_rw("added", &Counts::added)
+      .def_rw("epsilon", &Counts::epsilon)
+      .def_rw("epsilon_used", &Counts::epsilon_used)
+      .def_rw("knows_values", &Counts::knows_values)
+      .def_rw("ended", &Counts::ended);
+}
+
+void bind_arrays(nb::module_& m) {
+  nb::class_<PoolArrays>(m, "PoolArrays")
+      .def(nb::init<Vector<std::int64_t>, Observations, Vector<double>, Vector<bool>,
+                    Vector<std::int64_t>>(),
+           "actions"_a.noconvert(), "observations"_a.noconvert(), "rewards"_a.noconvert(),
+           "terminated"_a.noconvert(), "steps"_a.noconvert());
+  nb::class_<EpisodeArrays>(m, "EpisodeArrays")
+      .def(nb::init<Observations, Vector<double>, Vector<std::int64_t>, Matrix<std::int32_t>>(),
+           "observations"_a.noconvert(), "returns"_a.noconvert(), "steps"_a.noconvert(),
+           "actions"_a.noconvert());
+  nb::class_<WindowArrays>(m, "WindowArrays")
+      .def(nb::init<Array<float, nb::shape<-1, -1, engine::kObservationSize>>, Matrix<std::int32_t>,
+                    Matrix<double>, Vector<std::int64_t>>(),
+           "o_tm1"_a.noconvert(), "a_tm1"_a.noconvert(), "r_t"_a.noconvert(),
+           "lengths"_a.noconvert());
+  nb::class_<LearnerArrays>(m, "LearnerArrays")
+      .def(nb::init<Vector<float>, std::optional<Vector<float>>, Vector<float>, Vector<float>>(),
+           "online"_a.noconvert(), "target"_a.noconvert().none(), "mu"_a.noconvert(),
+           "nu"_a.noconvert());
+}
+
+}  // namespace
+
+NB_MODULE(_train, m) {
+  // The type `Batch`, which a loop takes, is that module's.
+  nb::module_::import_("touchdown.lander._engine");
+  bind_settings(m);
+  bind_counts(m);
+  bind_arrays(m);
+  nb::class_<PythonLoop>(m, "Loop")
+      .def(nb::init<engine::Batch&, const nb::object&, const nb::object&, const Settings&,
+                    const std::vector<std::int64_t>&, bool, bool>(),
+           "batch"_a, "exploration"_a, "replay"_a, "settings"_a, nb::kw_only(), "hidden_sizes"_a,
+           "layer_norm"_a, "dueling"_a, nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
+           nb::keep_alive<1, 4>())
+      .def("advance", &PythonLoop::advance, "max_steps"_a, "counts"_a, "pool"_a, "episodes"_a,
+           "windows"_a, "records"_a.noconvert(), "learner"_a, "q"_a.noconvert());
+  m.def(
+      "random",
+      [](const nb::object& bit_generator, const Vector<double>& out) {
+        const BitGenerator rng = generator_of(bit_generator);
+        for (std::size_t i = 0; i < out.shape(0); ++i) out(i) = draw_uniform(rng);
+      },
+      "bit_generator"_a, "out"_a.noconvert());
+  m.def(
+      "integers",
+      [](const nb::object& bit_generator, std::uint32_t high, const Vector<std::int64_t>& out) {
+        if (high < 1) refuse("high = 0: must be at least 1");
+        const BitGenerator rng = generator_of(bit_generator);
+        for (std::size_t i = 0; i < out.shape(0); ++i) out(i) = draw_integer(rng, high);
+      },
+      "bit_generator"_a, "high"_a, "out"_a.noconvert());
+}
+
+}  // namespace touchdown::train

@@ -1,0 +1,137 @@
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Bool, Float32, Float64, Int32, Int64
+from numpy.random import BitGenerator
+
+from touchdown.lander._engine import Batch
+
+class Settings:
+    """The settings of a loop, with the names of `touchdown.config.sections`."""
+
+    schedule: str
+    epsilon_start: float
+    epsilon_end: float
+    epsilon_decay: float
+    epsilon_duration: int
+    min_size: int
+    resaves: int
+    resave_threshold: float
+    gamma: float
+    n_step: int
+    learning_rate: float
+    learning_rate_end: float
+    learning_rate_duration: int
+    batch_size: int
+    huber: bool
+    double: bool
+    reward_scale: float
+    max_grad_norm: float
+    polyak: float
+    update_period: int
+    gradient_steps: int
+    target_period: int
+    metrics_period: int
+    max_episode_steps: int
+
+    def __init__(self) -> None: ...
+
+class Counts:
+    """What changes from call to call and is no array."""
+
+    env_steps: int
+    """Over all environments."""
+    episodes: int
+    """Episodes that have ended."""
+    updates: int
+    """Of the agent."""
+    adam_updates: int
+    """Of the optimiser."""
+    added: int
+    """Transitions ever stored."""
+    epsilon: float
+    """Of the next actions."""
+    epsilon_used: float
+    """Of the latest actions."""
+    knows_values: bool
+    """Whether `q` holds the action values of the current observations."""
+    ended: bool
+    """Whether an episode ended in the latest step, whose updates follow in the next call."""
+
+    def __init__(self) -> None: ...
+
+class PoolArrays:
+    def __init__(
+        self,
+        actions: Int64[np.ndarray, " N"],
+        observations: Float32[np.ndarray, "N 8"],
+        rewards: Float64[np.ndarray, " N"],
+        terminated: Bool[np.ndarray, " N"],
+        steps: Int64[np.ndarray, " N"],
+    ) -> None: ...
+
+class EpisodeArrays:
+    def __init__(
+        self,
+        observations: Float32[np.ndarray, "N 8"],
+        returns: Float64[np.ndarray, " N"],
+        steps: Int64[np.ndarray, " N"],
+        actions: Int32[np.ndarray, "N room"],
+    ) -> None: ...
+
+class WindowArrays:
+    def __init__(
+        self,
+        o_tm1: Float32[np.ndarray, "N n 8"],
+        a_tm1: Int32[np.ndarray, "N n"],
+        r_t: Float64[np.ndarray, "N n"],
+        lengths: Int64[np.ndarray, " N"],
+    ) -> None: ...
+
+class LearnerArrays:
+    def __init__(
+        self,
+        online: Float32[np.ndarray, " P"],
+        target: Float32[np.ndarray, " P"] | None,
+        mu: Float32[np.ndarray, " P"],
+        nu: Float32[np.ndarray, " P"],
+    ) -> None: ...
+
+class Loop:
+    """Acts, steps landers, stores transitions and learns."""
+
+    def __init__(
+        self,
+        batch: Batch,
+        exploration: BitGenerator,
+        replay: BitGenerator,
+        settings: Settings,
+        *,
+        hidden_sizes: Sequence[int],
+        layer_norm: bool,
+        dueling: bool,
+    ) -> None: ...
+    def advance(
+        self,
+        max_steps: int,
+        counts: Counts,
+        pool: PoolArrays,
+        episodes: EpisodeArrays,
+        windows: WindowArrays,
+        records: Float32[np.ndarray, "capacity W"],
+        learner: LearnerArrays,
+        q: Float32[np.ndarray, "N A"],
+    ) -> tuple[float, float, float, float] | None:
+        """Take at most `max_steps` steps of all environments, in place.
+
+        It stops after a step that ended an episode, before its updates: they follow in the next
+        call, once the caller has reset the environment. It also stops after a step that completed a
+        metrics period, and returns the loss, mean Q, greatest Q and gradient norm of its last
+        update.
+        """
+
+def random(bit_generator: BitGenerator, out: Float64[np.ndarray, " N"]) -> None:
+    """Write what `Generator.random(N)` draws."""
+
+def integers(bit_generator: BitGenerator, high: int, out: Int64[np.ndarray, " N"]) -> None:
+    """Write what `Generator.integers(0, high, N)` draws."""
