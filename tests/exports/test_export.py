@@ -302,8 +302,8 @@ def test_without_the_extra_it_says_what_to_install(run, tmp_path, monkeypatch, m
     with pytest.raises(touchdown.UserError) as said:
         touchdown.export(run, out=tmp_path / "out")
     assert str(said.value) == (
-        f"format 'onnx': needs {missing}, which is not installed; "
-        f"install it: {installation.command_for('onnx')}, or choose --format safetensors"
+        f"format 'onnx': needs {missing}, which is not installed; choose --format safetensors, "
+        f"or install it: {installation.command_for('onnx')}"
     )
     assert not list(tmp_path.iterdir())
     touchdown.export(run, "safetensors", out=tmp_path / "out")  # needs neither

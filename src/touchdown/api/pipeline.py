@@ -88,7 +88,7 @@ def _completed(
     for name, where in services.open_loggers(loggers, folder, listeners).items():
         shown.print(f"logger {name}: {where}", soft_wrap=True, markup=False, highlight=False)
     run = Run(folder)
-    if run.status == "finished" and all((run.path / name).is_file() for name in (GIF, MP4)):
+    if run.status == "finished" and _has_pictures(run):
         shown.print(
             Text(f"{folder.name}: finished already"),
             *_results(run, evaluations_of(run), "", ()),
@@ -139,6 +139,17 @@ def _completed(
         crop=False,
     )
     return run
+
+
+def _has_pictures(run: Run) -> bool:
+    """Whether a finished run has lost none of its pictures."""
+    env_id = run.config.env_id
+    needed = [GIF, MP4]
+    if rules.is_lander(env_id):
+        needed.append(FLIGHTS)
+    elif environment.spaces_of(env_id).num_states is not None:
+        needed.append(POLICY)
+    return all((run.path / name).is_file() for name in needed)
 
 
 def _results(

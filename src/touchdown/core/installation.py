@@ -31,10 +31,10 @@ def missing(where: str, library: str, extra: Extra, otherwise: str = "") -> User
         extra: the extra of touchdown that contains it.
         otherwise: what to do without it; "" if there is nothing.
     """
-    instead = f", or {otherwise}" if otherwise else ""
+    instead = f"{otherwise}, or " if otherwise else ""
     return UserError(
-        f"{where}: needs {library}, which is not installed; install it: "
-        f"{command_for(extra)}{instead}"
+        f"{where}: needs {library}, which is not installed; {instead}install it: "
+        f"{command_for(extra)}"
     )
 
 
