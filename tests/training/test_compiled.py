@@ -384,6 +384,8 @@ def test_wrong_records_counts_and_settings_are_refused():
         arguments.advance(loop)
     with pytest.raises(ValueError, match="batch_size = 0: must be at least 1"):
         arguments.loop(batch_size=0)
+    with pytest.raises(ValueError, match="batch_size = 1048577: must be at most 1048576"):
+        arguments.loop(batch_size=2**20 + 1)
     with pytest.raises(ValueError, match="schedule = 'cosine': must be constant, linear or"):
         arguments.loop(schedule="cosine")
     arguments.learner[2] = np.zeros(248)  # float64

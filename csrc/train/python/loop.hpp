@@ -49,7 +49,10 @@ inline Settings checked(const Settings& settings) {
   need_least(settings.resaves, 0, "resaves");
   need_least(settings.learning_rate_duration, 0, "learning_rate_duration");
   need_least(settings.batch_size, 1, "batch_size");
-  need_least(fused::kMaxSize, settings.batch_size, "the largest batch_size");
+  if (settings.batch_size > fused::kMaxSize) {
+    refuse("batch_size = " + std::to_string(settings.batch_size) + ": must be at most " +
+           std::to_string(fused::kMaxSize));
+  }
   need_least(settings.update_period, 1, "update_period");
   need_least(settings.gradient_steps, 1, "gradient_steps");
   need_least(settings.target_period, 0, "target_period");
