@@ -214,5 +214,5 @@ def _mark_chosen(
         markeredgecolor=style.INK,
         markeredgewidth=1.6,
         zorder=5,
-        label="chosen",
+        label="selected",
     )
