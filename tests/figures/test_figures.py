@@ -89,7 +89,7 @@ def test_learning_curve_shows_episodes_validations_and_the_selected_checkpoint(a
     assert_allclose(line(ax, "mean of the last 100").get_ydata(), [0, 5, 10, 15, 20])
     checked = line(ax, "validation mean (greedy)")
     assert_allclose(checked.get_xydata(), [[200, 30], [400, 90], [500, 60]])
-    assert_allclose(line(ax, "chosen").get_xydata(), [[400, 90]])
+    assert_allclose(line(ax, "selected").get_xydata(), [[400, 90]])
     assert [text.get_text() for text in ax.texts] == ["solved: 200"]
 
 
