@@ -25,7 +25,8 @@ help: ## list the targets
 	@echo "PYTHON=... sets the Python of a new .venv: make land PYTHON=/path/to/python3.13"
 
 land: $(READY) ## train a policy that lands, test it and draw its flights
-	@$(BIN)/touchdown train pilot $(ARGS)
+	@$(BIN)/touchdown train pilot $(ARGS) || { code=$$?; test $$code != 130 || \
+		echo "touchdown is in $(BIN): source $(BIN)/activate"; exit $$code; }
 
 test: $(READY) test-cpp ## run all tests except the slow ones
 	@$(BIN)/pytest -n auto --maxprocesses 8 $(ARGS)
