@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from one_line import ends_in_one_line
 
 from touchdown.api import doctor, training
-from touchdown.api.studies import comparison, report
 from touchdown.api.studies import run as study_run
 from touchdown.cli import parse
 from touchdown.cli.flags import flags_of
@@ -19,6 +18,7 @@ from touchdown.core.errors import Interrupted, UserError
 from touchdown.envs import environment, recorder
 from touchdown.evaluation import evaluation
 from touchdown.render import film
+from touchdown.report import comparison, paper_page, study_page
 from touchdown.runs import folder as folders
 from touchdown.studies import store
 from touchdown.training import pid_tuning
@@ -113,8 +113,8 @@ def here(tmp_path_factory):
             (recorder, "record_flight"),
             (film, "show_window"),
             (comparison, "write_comparison"),
-            (report, "write_paper_report"),
-            (report, "write_study_report"),
+            (paper_page, "write_paper_report"),
+            (study_page, "write_study_report"),
             (pid_tuning, "tune_pid"),
             (study_run, "_note_started"),
             (study_run, "estimate"),
