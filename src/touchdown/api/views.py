@@ -10,9 +10,9 @@ from rich.text import Text
 from touchdown.core.progress import View, clock, count_bar, count_line, share_bar
 from touchdown.studies.executors import Event
 from touchdown.studies.runner import State
+from touchdown.training.history import RECENT
 from touchdown.training.pace import TrainingStatus
 
-_RECENT = 100  # episodes that the mean return is of
 _PACED = 0.02  # share of training after which its pace tells how long it will take
 _SETTLED = 0.2  # share of training after which the mean of recent returns is meaningful
 
@@ -37,7 +37,7 @@ class TrainingView(View):
         self.say(
             lambda: (
                 f"training {self._name}: {status.share_done:.0%}, {status.env_steps:,} env steps, "
-                f"mean return of the last {min(status.episode, _RECENT)} episodes "
+                f"mean return of the last {min(status.episode, RECENT)} episodes "
                 f"{status.recent_return:.0f}"
                 # before, the pace is that of compilation
                 + (f", {' '.join(_eta(status))}" if status.share_done >= _PACED else "")

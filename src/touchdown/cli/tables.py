@@ -95,8 +95,8 @@ def studies_table(found: Sequence[Any]) -> Table:
         if each.error is not None:
             table.add_row(Text(each.name), *"?????")
             continue
-        begun = each.done, each.unfinished, len(each.failed)
-        cells = (each.runs, *begun, each.runs - sum(begun))
+        started = each.done, each.unfinished, len(each.failed)
+        cells = (each.runs, *started, each.runs - sum(started))
         table.add_row(each.name, *map(str, cells))
     return table
 

@@ -89,14 +89,14 @@ def _progress_of(
     groups += [("baselines", selection.baselines)] if selection.baselines else []
     for label, jobs in groups:
         missing = {job.digest for job in store.without_results(jobs)}
-        begun = {digest for digest in missing if (store.runs / digest).is_dir()}
+        started = {digest for digest in missing if (store.runs / digest).is_dir()}
         found.append(
             StudyProgress(
                 name=label,
                 runs=len(jobs),
                 done=len(jobs) - len(missing),
                 failed={names[d]: failures[d] for d in sorted(missing) if d in failures},
-                unfinished=len(begun - failures.keys()),
+                unfinished=len(started - failures.keys()),
                 unrecorded=len(store.unrecorded(jobs)),
                 command=selection.command(store) if missing else "",
             )
