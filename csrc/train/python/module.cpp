@@ -13,6 +13,7 @@
 
 #include "train/draws.hpp"
 #include "train/python/loop.hpp"
+#include "train/python/rollout.hpp"
 
 namespace touchdown::train {
 
@@ -133,6 +134,12 @@ NB_MODULE(_train, m) {
            nb::keep_alive<1, 4>())
       .def("advance", &PythonLoop::advance, "max_steps"_a, "counts"_a, "pool"_a, "episodes"_a,
            "windows"_a, "records"_a.noconvert(), "learner"_a, "q"_a.noconvert());
+  nb::class_<PythonRollout>(m, "Rollout")
+      .def(nb::init<engine::Batch&, const std::vector<std::int64_t>&, bool, bool, std::int64_t>(),
+           "batch"_a, nb::kw_only(), "hidden_sizes"_a, "layer_norm"_a, "dueling"_a,
+           "max_episode_steps"_a, nb::keep_alive<1, 2>())
+      .def("advance", &PythonRollout::advance, "max_steps"_a, "params"_a.noconvert(),
+           "tasks"_a.noconvert(), "pool"_a, "episodes"_a);
   m.def(
       "random",
       [](const nb::object& bit_generator, const Vector<double>& out) {

@@ -82,7 +82,7 @@ def evaluate_policy(
     *,
     evaluator: Evaluator | None = None,
     on_episode: Callable[[], object] = lambda: None,
-    observer: Observer = lambda _places, _observations: None,
+    observer: Observer | None = None,
 ) -> Evaluation:
     """Run one greedy episode of a policy from each start.
 
