@@ -103,6 +103,11 @@ def evaluate_policy(
     finally:
         if evaluator is None:
             own.close()
+    return summarised(policy, episodes)
+
+
+def summarised(policy: NamedPolicy, episodes: list[EpisodeResult]) -> Evaluation:
+    """The evaluation of a policy with these episodes, at least one."""
     return Evaluation(policy.name, policy.env_id, episodes, _summary_of(policy.env_id, episodes))
 
 
