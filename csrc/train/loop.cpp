@@ -112,7 +112,12 @@ void Loop::store(const Parts& parts, std::size_t i, bool truncated, Counts& coun
                     .terminated = terminated,
                     .o_t = environments.results.observations + i * size};
     const std::int64_t copies = total > settings_.resave_threshold ? 1 + settings_.resaves : 1;
-    for (std::int64_t copy = 0; copy < copies; ++copy) parts.memory.store(step, counts.added++);
+    for (std::int64_t copy = 0; copy < copies; ++copy) {
+      if (settings_.prioritized) {
+        parts.priorities.set(counts.added % parts.memory.capacity, counts.priorities.max_priority);
+      }
+      parts.memory.store(step, counts.added++);
+    }
   }
   std::copy(o_tm1 + complete * size, o_tm1 + length * size, o_tm1);
   std::copy(a_tm1 + complete, a_tm1 + length, a_tm1);
@@ -143,17 +148,7 @@ Loop::Learnt Loop::learn(const Parts& parts, Counts& counts) {
 fused::Metrics Loop::update(const Parts& parts, std::int64_t count, Counts& counts) {
   const fused::Samples packed =
       fused::packed_samples(parts.memory.records, network_.num_observations);
-  const auto size = static_cast<std::uint32_t>(parts.memory.size(counts.added));
-  order_.resize(static_cast<std::size_t>(count * settings_.batch_size));
-  for (std::int64_t& index : order_) {
-    index = draw_integer(parts.replay, size);
-    const std::int32_t action = packed.a_tm1[index * packed.stride];
-    if (action < 0 || action >= network_.num_actions) {
-      throw std::invalid_argument("a stored transition has action " + std::to_string(action) +
-                                  ": must be from 0 to " +
-                                  std::to_string(network_.num_actions - 1));
-    }
-  }
+  draw(parts, packed, count, counts);
   rates_.resize(static_cast<std::size_t>(count));
   for (std::int64_t k = 0; k < count; ++k) {
     rates_[static_cast<std::size_t>(k)] = learning_rate_after(settings_, counts.adam_updates + k);
@@ -166,14 +161,50 @@ fused::Metrics Loop::update(const Parts& parts, std::int64_t count, Counts& coun
                                .count = static_cast<std::size_t>(count),
                                .batch_size = batch_size,
                                .rates = rates_.data(),
-                               .weights = nullptr,
+                               .weights = settings_.prioritized ? weights_.data() : nullptr,
                                .td_error = td_error_.data()};
   float* const workspace = block_.of_size(fused::updates_workspace(network_, batch_size));
   const fused::Metrics metrics =
       fused::run_updates(network_, settings_.rule, parts.learner, samples, updates, workspace);
   counts.updates += count;
   counts.adam_updates += count;
+  for (std::int64_t k = 0; settings_.prioritized && k < count; ++k) {
+    const auto first = static_cast<std::size_t>(k * settings_.batch_size);
+    const auto size = static_cast<std::size_t>(settings_.batch_size);
+    update_priorities(settings_.priorities, parts.priorities,
+                      std::span(order_).subspan(first, size),
+                      std::span(td_error_).subspan(first, size), scratch_, counts.priorities);
+  }
   return metrics;
+}
+
+void Loop::draw(const Parts& parts, const fused::Samples& packed, std::int64_t count,
+                Counts& counts) {
+  const std::int64_t num_held = parts.memory.size(counts.added);
+  const auto batch_size = static_cast<std::size_t>(settings_.batch_size);
+  order_.resize(static_cast<std::size_t>(count) * batch_size);
+  if (settings_.prioritized) {
+    weights_.resize(order_.size());
+    scratch_.resize(batch_size);
+    for (std::size_t first = 0; first < order_.size(); first += batch_size) {
+      draw_by_priority(settings_.priorities, parts.priorities, num_held, parts.replay,
+                       std::span(order_).subspan(first, batch_size),
+                       std::span(weights_).subspan(first, batch_size), scratch_, counts.priorities);
+    }
+  } else {
+    for (std::int64_t& index : order_) {
+      index = draw_integer(parts.replay, static_cast<std::uint32_t>(num_held));
+    }
+  }
+  for (const std::int64_t index : order_) {
+    if (index >= num_held) throw std::invalid_argument("a priority without a stored transition");
+    const std::int32_t action = packed.a_tm1[index * packed.stride];
+    if (action < 0 || action >= network_.num_actions) {
+      throw std::invalid_argument("a stored transition has action " + std::to_string(action) +
+                                  ": must be from 0 to " +
+                                  std::to_string(network_.num_actions - 1));
+    }
+  }
 }
 
 }  // namespace touchdown::train

@@ -17,6 +17,7 @@
 #include "fused/network.hpp"
 #include "train/draws.hpp"
 #include "train/memory.hpp"
+#include "train/priorities.hpp"
 #include "train/settings.hpp"
 
 namespace touchdown::train {
@@ -34,6 +35,7 @@ struct Counts {
   // Whether an episode ended in the latest step: the caller resets its environment, and the updates
   // that are due after the step follow in the next call.
   bool ended = false;
+  PriorityCounts priorities;
 };
 
 // The environments and the results of their latest step.
@@ -72,6 +74,7 @@ struct Parts {
   Episodes episodes;
   Windows windows;
   Memory memory;
+  SumTree priorities;  // of the memory, if it is prioritised
   fused::Learner learner;
   float* q;  // [N][A]
   const BitGenerator& exploration;
@@ -108,6 +111,8 @@ class Loop {
   // What follows a step: the updates and the copy of the target network that are due after it.
   Learnt learn(const Parts& parts, Counts& counts);
   fused::Metrics update(const Parts& parts, std::int64_t count, Counts& counts);
+  // Draws the transitions of all minibatches; refuses those whose action the network does not have.
+  void draw(const Parts& parts, const fused::Samples& packed, std::int64_t count, Counts& counts);
 
   Settings settings_;
   fused::Network network_;
@@ -115,6 +120,8 @@ class Loop {
   std::vector<std::int64_t> order_;  // [K·B]
   std::vector<float> rates_;         // [K]
   std::vector<float> td_error_;      // [K·B]
+  std::vector<float> weights_;       // [K·B], of importance sampling
+  std::vector<double> scratch_;      // [B]
   fused::Block block_;
 };
 

@@ -9,6 +9,7 @@
 #include <cstdint>
 
 #include "fused/learning.hpp"
+#include "train/priorities.hpp"
 
 namespace touchdown::train {
 
@@ -35,6 +36,8 @@ struct Settings {
   std::int64_t target_period = 0;   // environment steps; 0: the target network is never copied
   std::int64_t metrics_period = 1;  // updates
   std::int64_t max_episode_steps = 1;
+  bool prioritized = false;
+  PrioritySettings priorities;
   fused::Rule rule;
 };
 

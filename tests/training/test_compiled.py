@@ -75,6 +75,12 @@ SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
         "learning": {"learning_rate_duration": 300, "learning_rate_end": 0.01}
     },
     "weights that are no numbers": {"learning": {"learning_rate": 1e30}},
+    "priorities": {"replay": {"prioritized": True, "beta_duration": 60}},
+    "priorities of three, re-saves": {
+        "replay": {"prioritized": True, "capacity": 77, "resaves": 2, "alpha": 1.0},
+        "learning": {"update_period": 4, "gradient_steps": 3},
+        "training": {"num_envs": 3},
+    },
     "dueling, layer norm": {"network": {"dueling": True, "layer_norm": True}},
 }
 
@@ -311,6 +317,7 @@ class Arguments:
         self.windows = list(Windows.empty(2, 1, 8))
         ring = self.twin.agent.replay.ring
         self.records = ring.storage.view(np.float32).reshape(ring.capacity, -1)
+        self.priorities: np.ndarray | None = None
         state: Any = learner.state
         self.learner = [state.online_params, state.target_params, state.mu, state.nu]
         self.q = np.zeros((2, 4), np.float32)
@@ -338,6 +345,7 @@ class Arguments:
             _train.EpisodeArrays(*self.episodes),
             _train.WindowArrays(*self.windows),
             self.records,
+            self.priorities,
             _train.LearnerArrays(*self.learner),
             self.q,
         )
@@ -348,7 +356,7 @@ class Arguments:
     [
         ("pool", 0, np.zeros(3, np.int64), "actions has 3 rows, must have 2"),
         ("pool", 4, np.array([5, 0]), "environment 0 is after 5 steps, its episode after 0: must"),
-        ("episodes", 1, np.zeros(1), "returns has 1 rows, must have 2"),
+        ("episodes", 1, np.zeros(1), "returns has 1 entries, must have 2"),
         ("episodes", 3, np.zeros((2, 7), np.int32), "room for the actions of an episode = 7"),
         ("windows", 2, np.zeros((2, 2)), "r_t of a window has 2 entries, must have 1"),
         ("windows", 3, np.array([0, 1]), "the window of environment 1 holds 1 steps: must be from"),
@@ -381,6 +389,15 @@ def test_wrong_records_counts_and_settings_are_refused():
     arguments.records = np.zeros((0, 21), np.float32)
     with pytest.raises(ValueError, match="records has 0 rows, must have from 1"):
         arguments.advance(loop)
+    arguments.records = np.zeros((10, 21), np.float32)
+    prioritized = arguments.loop(prioritized=True)
+    with pytest.raises(ValueError, match="priorities = None: must be given"):
+        arguments.advance(prioritized)
+    arguments.priorities = np.zeros(20)
+    with pytest.raises(ValueError, match="priorities has 20 entries, must have 32"):
+        arguments.advance(prioritized)
+    with pytest.raises(ValueError, match="beta_duration = 0: must be at least 1"):
+        arguments.loop(beta_duration=0)
     with pytest.raises(ValueError, match="batch_size = 0: must be at least 1"):
         arguments.loop(batch_size=0)
     with pytest.raises(ValueError, match="batch_size = 1048577: must be at most 1048576"):
@@ -399,6 +416,15 @@ def test_a_stored_action_that_the_network_does_not_have_is_refused():
     arguments.counts.added = len(fields)
     with pytest.raises(ValueError, match="action 4: must be from 0 to 3"):
         arguments.advance(arguments.loop(batch_size=64))
+
+
+def test_a_priority_without_a_transition_is_refused():
+    arguments = Arguments()
+    arguments.counts.added = 100
+    arguments.priorities = np.zeros(1024)
+    arguments.priorities[[1, 3, 7, 15, 31, 63, 127, 255, 511, 1023]] = 1.0
+    with pytest.raises(ValueError, match="a priority without a stored transition"):
+        arguments.advance(arguments.loop(prioritized=True, batch_size=64))
 
 
 def test_a_second_thread_is_refused():

@@ -4,6 +4,7 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -38,6 +39,7 @@ inline Settings checked(const Settings& settings) {
   need_least(settings.target_period, 0, "target_period");
   need_least(settings.metrics_period, 1, "metrics_period");
   need_least(settings.max_episode_steps, 1, "max_episode_steps");
+  need_least(settings.priorities.beta_duration, 1, "beta_duration");
   return settings;
 }
 
@@ -83,6 +85,7 @@ class PythonLoop {
   std::optional<MetricsTuple> advance(std::int64_t max_steps, Counts& counts,
                                       const PoolArrays& pool, const EpisodeArrays& episodes,
                                       const WindowArrays& windows, const Matrix<float>& records,
+                                      const std::optional<Vector<double>>& priorities,
                                       const LearnerArrays& learner, const Matrix<float>& q) {
     need_idle(batch_);
     const engine::Stepping stepping(batch_);
@@ -101,6 +104,11 @@ class PythonLoop {
       refuse("records has " + std::to_string(records.shape(0)) + " rows, must have from 1 to " +
              std::to_string(kMostRecords));
     }
+    const std::size_t first_leaf = std::bit_ceil(records.shape(0));
+    if (loop_.settings().prioritized) {
+      if (!priorities) refuse("priorities = None: must be given");
+      need(priorities->shape(0), 2 * first_leaf, "priorities");
+    }
     const Parts parts{.environments = environments_of(batch_, pool),
                       .episodes = episodes_of(episodes),
                       .windows = {.o_tm1 = windows.o_tm1.data(),
@@ -110,6 +118,8 @@ class PythonLoop {
                       .memory = {.records = records.data(),
                                  .capacity = static_cast<std::int64_t>(records.shape(0)),
                                  .num_observations = engine::kObservationSize},
+                      .priorities = {.nodes = priorities ? priorities->data() : nullptr,
+                                     .first_leaf = first_leaf},
                       .learner = {.online = learner.online.data(),
                                   .target = learner.target ? learner.target->data() : nullptr,
                                   .mu = learner.mu.data(),

@@ -45,13 +45,13 @@ std::string schedule_of(const Settings& settings) {
   return "constant";
 }
 
-// A setting of `Settings::rule`, as if it were one of `Settings`.
-template <auto field, typename Class>
-void def_rule(Class& settings, const char* name) {
-  using Value = std::remove_reference_t<decltype(std::declval<fused::Rule&>().*field)>;
-  settings.def_prop_rw(
-      name, [](const Settings& self) { return self.rule.*field; },
-      [](Settings& self, Value value) { self.rule.*field = value; });
+// A field of a part of a class, as if it were one of the class.
+template <auto part, auto field, typename Whole>
+void def_part(nb::class_<Whole>& whole, const char* name) {
+  using Value = std::remove_reference_t<decltype(std::declval<Whole&>().*part.*field)>;
+  whole.def_prop_rw(
+      name, [](const Whole& self) { return self.*part.*field; },
+      [](Whole& self, Value value) { self.*part.*field = value; });
 }
 
 void bind_settings(nb::module_& m) {
@@ -76,16 +76,20 @@ void bind_settings(nb::module_& m) {
       .def_rw("target_period", &Settings::target_period)
       .def_rw("metrics_period", &Settings::metrics_period)
       .def_rw("max_episode_steps", &Settings::max_episode_steps);
-  def_rule<&fused::Rule::huber>(settings, "huber");
-  def_rule<&fused::Rule::double_q>(settings, "double");
-  def_rule<&fused::Rule::reward_scale>(settings, "reward_scale");
-  def_rule<&fused::Rule::max_grad_norm>(settings, "max_grad_norm");
-  def_rule<&fused::Rule::polyak>(settings, "polyak");
+  settings.def_rw("prioritized", &Settings::prioritized);
+  def_part<&Settings::priorities, &PrioritySettings::alpha>(settings, "alpha");
+  def_part<&Settings::priorities, &PrioritySettings::beta>(settings, "beta");
+  def_part<&Settings::priorities, &PrioritySettings::beta_duration>(settings, "beta_duration");
+  def_part<&Settings::rule, &fused::Rule::huber>(settings, "huber");
+  def_part<&Settings::rule, &fused::Rule::double_q>(settings, "double");
+  def_part<&Settings::rule, &fused::Rule::reward_scale>(settings, "reward_scale");
+  def_part<&Settings::rule, &fused::Rule::max_grad_norm>(settings, "max_grad_norm");
+  def_part<&Settings::rule, &fused::Rule::polyak>(settings, "polyak");
 }
 
 void bind_counts(nb::module_& m) {
-  nb::class_<Counts>(m, "Counts")
-      .def(nb::init<>())
+  nb::class_<Counts> counts(m, "Counts");
+  counts.def(nb::init<>())
       .def_rw("env_steps", &Counts::env_steps)
       .def_rw("episodes", &Counts::episodes)
       .def_rw("updates", &Counts::updates)
@@ -95,6 +99,8 @@ void bind_counts(nb::module_& m) {
       .def_rw("epsilon_used", &Counts::epsilon_used)
       .def_rw("knows_values", &Counts::knows_values)
       .def_rw("ended", &Counts::ended);
+  def_part<&Counts::priorities, &PriorityCounts::max_priority>(counts, "max_priority");
+  def_part<&Counts::priorities, &PriorityCounts::num_batches>(counts, "num_batches");
 }
 
 void bind_arrays(nb::module_& m) {
@@ -133,7 +139,8 @@ NB_MODULE(_train, m) {
            "layer_norm"_a, "dueling"_a, nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
            nb::keep_alive<1, 4>())
       .def("advance", &PythonLoop::advance, "max_steps"_a, "counts"_a, "pool"_a, "episodes"_a,
-           "windows"_a, "records"_a.noconvert(), "learner"_a, "q"_a.noconvert());
+           "windows"_a, "records"_a.noconvert(), "priorities"_a.noconvert().none(), "learner"_a,
+           "q"_a.noconvert());
   nb::class_<PythonRollout>(m, "Rollout")
       .def(nb::init<engine::Batch&, const std::vector<std::int64_t>&, bool, bool, std::int64_t>(),
            "batch"_a, nb::kw_only(), "hidden_sizes"_a, "layer_norm"_a, "dueling"_a,

@@ -1,5 +1,6 @@
 """Proportional prioritisation: samples transitions in proportion to their last TD errors."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -37,12 +38,19 @@ class Priorities:
     def __init__(self, config: Proportional, capacity: int) -> None:
         self._config = config
         self._tree = SumTree(capacity)
-        self._max_priority: float = 1.0  # for transitions that were never sampled
-        self._num_batches: float = 0
+        self.max_priority: float = 1.0
+        """Of the transitions that were never sampled."""
+        self.num_batches: float = 0
+        """Batches that were sampled."""
+
+    @property
+    def nodes(self) -> NDArray[np.float64]:
+        """The nodes of the sum tree, for the compiled loop; see `SumTree.nodes`."""
+        return self._tree.nodes
 
     def add(self, index: int) -> None:
         """Give the new transition at this index the highest priority so far."""
-        self._tree.set_one(index, self._max_priority)
+        self._tree.set_one(index, self.max_priority)
 
     def sample(
         self, batch_size: int, num_held: int, rng: Generator
@@ -67,22 +75,23 @@ class Priorities:
         sums = (np.arange(batch_size) + rng.random(batch_size)) * (total / batch_size)
         indices = self._tree.find(sums)
         config = self._config
-        beta = min(1.0, config.beta + (1 - config.beta) * self._num_batches / config.beta_duration)
-        self._num_batches += 1
-        weights = (num_held * self._tree.values[indices] / total) ** -beta
+        beta = min(1.0, config.beta + (1 - config.beta) * self.num_batches / config.beta_duration)
+        self.num_batches += 1
+        weights = _powers(num_held * self._tree.values[indices] / total, -beta)
         return indices, (weights / weights.max()).astype(np.float32)
 
     def update(self, indices: IntArray, td_error: FloatArray) -> None:
         """Update the priorities of some transitions with their TD errors, [B] each."""
-        priorities = (np.abs(td_error) + _SMALLEST) ** self._config.alpha
-        self._max_priority = max(self._max_priority, float(priorities.max()))
+        errors = np.abs(td_error.astype(np.float64))
+        priorities = _powers(errors + _SMALLEST, self._config.alpha)
+        self.max_priority = max(self.max_priority, float(priorities.max()))
         self._tree.set(indices, priorities)
 
     def tensors(self, num_held: int) -> Tensors:
         """All state by name, for a checkpoint; priorities of the first `num_held` transitions."""
         return {
             "priority": self._tree.values[:num_held].copy(),
-            "priority_state": np.array([self._max_priority, self._num_batches]),
+            "priority_state": np.array([self.max_priority, self.num_batches]),
         }
 
     def restore(self, tensors: Mapping[str, NDArray[Any]], num_held: int) -> None:
@@ -93,4 +102,12 @@ class Priorities:
             ValueError: something does not fit.
         """
         self._tree.set(np.arange(num_held), tensors["priority"])
-        self._max_priority, self._num_batches = tensors["priority_state"].tolist()
+        self.max_priority, self.num_batches = tensors["priority_state"].tolist()
+
+
+def _powers(bases: FloatArray, exponent: float) -> NDArray[np.float64]:
+    """Each base to the power of the exponent, by the C library as in the compiled loop.
+
+    NumPy's own power rounds differently with some instruction sets.
+    """
+    return np.array([math.pow(base, exponent) for base in bases.tolist()])

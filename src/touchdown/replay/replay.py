@@ -63,6 +63,11 @@ class Replay:
         """The storage, for checkpoints."""
         return self._ring
 
+    @property
+    def priorities(self) -> Priorities | None:
+        """The priorities; None in a uniform memory."""
+        return self._priorities
+
     def add(self, transition: Transition) -> None:
         """Store one transition, τ + 1 times if it is rewarded."""
         for _ in range(1 + self._resaves if transition.r_t > self._threshold else 1):

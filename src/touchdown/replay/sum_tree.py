@@ -24,18 +24,18 @@ class SumTree:
             raise ValueError(f"size must be at least 1, got {size}")
         self._first_leaf = 1 << (size - 1).bit_length()
         self._size = size
-        # node i is the parent of 2i and 2i + 1; node 1 is the root
-        self._nodes: NDArray[np.float64] = np.zeros(2 * self._first_leaf)
+        self.nodes: NDArray[np.float64] = np.zeros(2 * self._first_leaf)
+        """All nodes: node i is the parent of 2i and 2i + 1, node 1 is the root."""
 
     @property
     def total(self) -> float:
         """The sum of all numbers."""
-        return float(self._nodes[1])
+        return float(self.nodes[1])
 
     @property
     def values(self) -> FloatArray:
         """The numbers, [size] (a view)."""
-        return self._nodes[self._first_leaf : self._first_leaf + self._size]
+        return self.nodes[self._first_leaf : self._first_leaf + self._size]
 
     def set(self, indices: IntArray, values: FloatArray) -> None:
         """Change some numbers; if an index is repeated, its last value counts.
@@ -46,7 +46,7 @@ class SumTree:
         """
         if not len(indices):
             return
-        nodes = self._nodes
+        nodes = self.nodes
         places = indices + self._first_leaf
         nodes[places] = values
         while places[0] > 1:
@@ -55,7 +55,7 @@ class SumTree:
 
     def set_one(self, index: int, value: float) -> None:
         """Change one number in plain Python: NumPy's calls would take twenty times as long."""
-        nodes = self._nodes
+        nodes = self.nodes
         place = index + self._first_leaf
         nodes[place] = value
         while place > 1:
@@ -68,7 +68,7 @@ class SumTree:
         Args:
             sums: numbers from 0 to below `total`, [n].
         """
-        nodes = self._nodes
+        nodes = self.nodes
         places = np.ones(len(sums), np.int64)
         remainder = np.array(sums, np.float64)
         while places[0] < self._first_leaf:

@@ -17,6 +17,10 @@ class Settings:
     min_size: int
     resaves: int
     resave_threshold: float
+    prioritized: bool
+    alpha: float
+    beta: float
+    beta_duration: int
     gamma: float
     n_step: int
     learning_rate: float
@@ -55,6 +59,10 @@ class Counts:
     """Of the latest actions."""
     knows_values: bool
     """Whether `q` holds the action values of the current observations."""
+    max_priority: float
+    """Of the transitions that were never sampled."""
+    num_batches: float
+    """Minibatches that were sampled by priority."""
     ended: bool
     """Whether an episode ended in the latest step, whose updates follow in the next call."""
 
@@ -119,6 +127,7 @@ class Loop:
         episodes: EpisodeArrays,
         windows: WindowArrays,
         records: Float32[np.ndarray, "capacity W"],
+        priorities: Float64[np.ndarray, " nodes"] | None,
         learner: LearnerArrays,
         q: Float32[np.ndarray, "N A"],
     ) -> tuple[float, float, float, float] | None:

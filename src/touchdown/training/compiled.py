@@ -27,7 +27,10 @@ _SETTINGS = {
     "exploration": (
         *("schedule", "epsilon_start", "epsilon_end", "epsilon_decay", "epsilon_duration"),
     ),
-    "replay": ("min_size", "resaves", "resave_threshold"),
+    "replay": (
+        *("min_size", "resaves", "resave_threshold"),
+        *("prioritized", "alpha", "beta", "beta_duration"),
+    ),
     "learning": (
         *(
             "gamma",
@@ -131,6 +134,10 @@ class CompiledLoop:
         several = self._windows.a_tm1.shape[1] > 1  # otherwise no step waits for another
         if several:
             self._windows.read(self._agent.n_steps)
+        priorities = self._agent.replay.priorities
+        if priorities is not None:
+            counts.max_priority = priorities.max_priority
+            counts.num_batches = priorities.num_batches
         exploration_lock, replay_lock = self._locks
         with exploration_lock, replay_lock:
             metrics = self._loop.advance(
@@ -144,9 +151,13 @@ class CompiledLoop:
                 ),
                 arrays.WindowArrays(*self._windows),
                 ring.storage.view(np.float32).reshape(ring.capacity, -1),
+                None if priorities is None else priorities.nodes,
                 arrays.LearnerArrays(state.online_params, state.target_params, state.mu, state.nu),
                 self._next_q,
             )
+        if priorities is not None:
+            priorities.max_priority = counts.max_priority
+            priorities.num_batches = counts.num_batches
         actor.count(env_steps=counts.env_steps, episodes=counts.episodes, updates=counts.updates)
         actor.next_q = self._next_q.copy() if counts.knows_values else None
         if several:
