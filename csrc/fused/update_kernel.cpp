@@ -4,9 +4,11 @@
 // An update is deep Q-learning's step as touchdown's JAX learner has it, its slow twin in the
 // tests. The minibatch goes through in panels of samples that stay in the first-level cache; only
 // the parameters' gradient is taken over all of them at once.
+#include <algorithm>
 #include <cstddef>
 
 #include "fused/backward.hpp"
+#include "fused/few.hpp"
 #include "fused/forward.hpp"
 #include "fused/kernel.hpp"
 #include "fused/learning.hpp"
@@ -25,7 +27,9 @@ std::size_t update_workspace(const Network& network, int batch_size) {
 }
 
 std::size_t values_workspace(const Network& network) {
-  return static_cast<std::size_t>(2 * network.widest + network.num_actions + 1) * kPanel;
+  const auto panel =
+      static_cast<std::size_t>(2 * network.widest + network.num_actions + 1) * kPanel;
+  return std::max(panel, few_workspace(network));
 }
 
 void values(const Network& network, const float* params, const float* observations,
@@ -39,6 +43,11 @@ void values(const Network& network, const float* params, const float* observatio
   samples.observation_stride = num_observations;
   for (std::ptrdiff_t first = 0; first < count; first += kPanel) {
     const int live = count - first < kPanel ? static_cast<int>(count - first) : kPanel;
+    if (live <= kFew) {
+      few_values(network, params, observations + first * num_observations, live, workspace,
+                 q + first * num_actions);
+      break;
+    }
     gather(observations, samples, first, live, num_observations, in, nullptr);
     forward(network, params, in, out, state_value, panel_q);
     for (int c = 0; c < live; ++c) {

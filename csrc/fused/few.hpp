@@ -1,0 +1,167 @@
+// The forward pass of a few observations, as a greedy step needs it: the lanes of a vector are the
+// outputs of a layer here, not samples.
+//
+// A panel takes the same time however few of its columns are used. Here the time grows with the
+// number of observations, after weights have been transposed in registers once for all of them.
+// Every number is the same chain of operations as in a panel, so its bits are the same.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <utility>
+
+#include "fused/layers.hpp"
+#include "fused/network.hpp"
+#include "fused/panels.hpp"
+
+namespace touchdown::fused {
+namespace TOUCHDOWN_KERNEL {
+
+// More observations than this are computed faster in a panel.
+constexpr int kFew = kPanel / 4;
+
+// The vector at `from`. What lies at `end` or behind it is not read, and undefined in the result.
+inline Vector load_before(const float* end, const float* from) {
+  const std::ptrdiff_t left = end - from;
+  if (left >= kWidth) return load(from);
+  Vector vector{};
+  if (left > 0) std::memcpy(&vector, from, static_cast<std::size_t>(left) * sizeof(float));
+  return vector;
+}
+
+// Adds the products of up to kWidth inputs of each observation to kWidth outputs, which begin at
+// `out`. column[k] has the weights of input k.
+template <bool kWhole>
+inline void add_products(const Vector* column, int inputs, const float* in, std::ptrdiff_t in_row,
+                         int count, float* out, std::ptrdiff_t out_row) {
+  for (int n = 0; n < count; ++n, in += in_row, out += out_row) {
+    Vector total = load(out);
+    for (int k = 0; k < kWidth; ++k) {
+      if (kWhole || k < inputs) total += broadcast(in[k]) * column[k];
+    }
+    store(out, total);
+  }
+}
+
+// The weights of up to kWidth outputs and inputs, which begin at `weight`, as a vector per input.
+inline void transposed_block(const float* weight, std::ptrdiff_t row, int outputs, const float* end,
+                             Vector* block) {
+  if (outputs >= kWidth && weight + (kWidth - 1) * row + kWidth <= end) {
+    for (int i = 0; i < kWidth; ++i) block[i] = load(weight + i * row);
+  } else {
+    for (int i = 0; i < kWidth; ++i) {
+      // beyond the last output, any row will do
+      block[i] = load_before(end, weight + (i < outputs ? i : outputs - 1) * row);
+    }
+  }
+  transpose(block);
+}
+
+// out[count][out_row] = bias + weight·in[count][in_row]. Rows of `out` are whole vectors, and what
+// is beyond the last output is undefined. Reads no parameter at `end` or behind it.
+inline void linear_forward(const Linear& linear, const float* params, const float* end,
+                           const float* in, std::ptrdiff_t in_row, int count, float* out,
+                           std::ptrdiff_t out_row) {
+  for (int o = 0; o < linear.out; o += kWidth) {
+    const Vector bias = load_before(end, params + linear.bias + o);
+    for (int n = 0; n < count; ++n) store(out + n * out_row + o, bias);
+    const float* const weight = params + linear.weight + static_cast<std::ptrdiff_t>(o) * linear.in;
+    for (int k = 0; k < linear.in; k += kWidth) {
+      Vector block[kWidth];
+      transposed_block(weight + k, linear.in, linear.out - o, end, block);
+      const int inputs = linear.in - k;
+      if (inputs >= kWidth) {
+        add_products<true>(block, kWidth, in + k, in_row, count, out + o, out_row);
+      } else {
+        add_products<false>(block, inputs, in + k, in_row, count, out + o, out_row);
+      }
+    }
+  }
+}
+
+// As in a panel, in place, for the features x[count][row]. Overwrites `columns`
+// [padded(features)][kWidth].
+inline void layer_norm_forward(const float* gain, const float* shift, const float* end,
+                               int features, int count, float* x, std::ptrdiff_t row,
+                               float* columns) {
+  for (int f = 0; f < features; f += kWidth) {
+    Vector block[kWidth];
+    for (int i = 0; i < kWidth; ++i) block[i] = load(x + (i < count ? i : 0) * row + f);
+    transpose(block);
+    for (int i = 0; i < kWidth; ++i) store(columns + (f + i) * kWidth, block[i]);
+  }
+  Vector mean{};
+  for (int i = 0; i < features; ++i) mean += load(columns + i * kWidth);
+  mean /= static_cast<float>(features);
+  Vector variance{};
+  for (int i = 0; i < features; ++i) {
+    const Vector centred = load(columns + i * kWidth) - mean;
+    variance += centred * centred;
+  }
+  variance = variance / static_cast<float>(features) + kNormEpsilon;
+  for (int n = 0; n < count; ++n, x += row) {
+    const float scale = 1.0f / std::sqrt(variance[n]);
+    for (int f = 0; f < features; f += kWidth) {
+      // loaded first, as compilers fuse only a product and a sum with no branch in between
+      const Vector gains = load_before(end, gain + f), shifts = load_before(end, shift + f);
+      const Vector normalized = (load(x + f) - mean[n]) * scale;
+      store(x + f, gains * normalized + shifts);
+    }
+  }
+}
+
+// The number of floats that `few_values` needs to work in.
+inline std::size_t few_workspace(const Network& network) {
+  return static_cast<std::size_t>((2 * kFew + kWidth) * padded(network.widest) + kFew * kWidth);
+}
+
+// Q(s,·) of at most kFew observations [count][D], into q [count][A].
+inline void few_values(const Network& network, const float* params, const float* observations,
+                       int count, float* workspace, float* q) {
+  const float* const end = params + network.num_params;
+  const std::ptrdiff_t row = padded(network.widest);
+  const float* in = observations;
+  std::ptrdiff_t in_row = network.num_observations;
+  float *out = workspace, *other = out + kFew * row, *const columns = other + kFew * row,
+        *const state_value = columns + kWidth * row;
+  for (int i = 0; i < network.num_hidden; ++i) {
+    const Hidden& layer = network.hidden[i];
+    const int features = layer.linear.out;
+    linear_forward(layer.linear, params, end, in, in_row, count, out, row);
+    if (network.layer_norm) {
+      layer_norm_forward(params + layer.gain, params + layer.shift, end, features, count, out, row,
+                         columns);
+    }
+    for (int n = 0; n < count; ++n) {
+      for (int f = 0; f < features; f += kWidth) {
+        const Vector v = load(out + n * row + f);
+        store(out + n * row + f, v < 0.0f ? Vector{} : v);
+      }
+    }
+    in = out;
+    in_row = row;
+    std::swap(out, other);
+  }
+  const int num_actions = network.num_actions;
+  linear_forward(network.advantage, params, end, in, in_row, count, out, row);
+  if (network.dueling) {
+    linear_forward(network.value, params, end, in, in_row, count, state_value, kWidth);
+  }
+  for (int n = 0; n < count; ++n) {
+    const float* const advantage = out + n * row;
+    float level = 0.0f;
+    if (network.dueling) {
+      float mean = 0.0f;
+      for (int a = 0; a < num_actions; ++a) mean += advantage[a];
+      mean /= static_cast<float>(num_actions);
+      level = state_value[n * kWidth] - mean;
+    }
+    for (int a = 0; a < num_actions; ++a) {
+      q[n * num_actions + a] = network.dueling ? advantage[a] + level : advantage[a];
+    }
+  }
+}
+
+}  // namespace TOUCHDOWN_KERNEL
+}  // namespace touchdown::fused
