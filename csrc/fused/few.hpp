@@ -6,14 +6,15 @@
 // Every number is the same chain of operations as in a panel, so its bits are the same.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
-#include <utility>
 
 #include "fused/layers.hpp"
 #include "fused/network.hpp"
 #include "fused/panels.hpp"
+#include "fused/prediction.hpp"
 
 namespace touchdown::fused {
 namespace TOUCHDOWN_KERNEL {
@@ -111,56 +112,108 @@ inline void layer_norm_forward(const float* gain, const float* shift, const floa
   }
 }
 
-// The number of floats that `few_values` needs to work in.
-inline std::size_t few_workspace(const Network& network) {
-  return static_cast<std::size_t>((2 * kFew + kWidth) * padded(network.widest) + kFew * kWidth);
+// The memory that `few_values` works in. Rows are of whole vectors.
+struct FewWorkspace {
+  std::ptrdiff_t row;         // of a layer
+  std::ptrdiff_t output_row;  // of the head
+  std::ptrdiff_t value_row;   // of a dueling head's values
+  float* layers[2];           // [kFew][row]: a layer's input and output
+  float* outputs;             // [kFew][output_row]
+  float* state_value;         // [kFew][value_row]
+  float* columns;             // [features][kWidth] for layer normalisation, [Z][kPanel] for returns
+};
+
+// Lays it out in a block of memory, or only measures it if the block is null. Returns the number of
+// floats.
+inline std::size_t lay_out(const Network& network, float* block, FewWorkspace* workspace) {
+  std::ptrdiff_t used = 0;
+  const auto part = [&](std::ptrdiff_t floats) {
+    float* const begin = block ? block + used : nullptr;
+    used += floats;
+    return begin;
+  };
+  FewWorkspace w{.row = padded(network.widest),
+                 .output_row = padded(network.advantage.out),
+                 .value_row = padded(network.prediction.outputs)};
+  for (float*& layer : w.layers) layer = part(kFew * w.row);
+  w.outputs = part(kFew * w.output_row);
+  w.state_value = part(kFew * w.value_row);
+  w.columns = part(
+      std::max(kWidth * w.row, static_cast<std::ptrdiff_t>(kPanel) * network.prediction.outputs));
+  if (workspace) *workspace = w;
+  return static_cast<std::size_t>(used);
+}
+
+// The outputs of a dueling head for one observation, in place of the advantages.
+inline void add_state_value(const Network& network, const float* state_value, float* outputs) {
+  const int num_actions = network.num_actions, each = network.prediction.outputs;
+  for (int z = 0; z < each; ++z) {
+    float mean = 0.0f;
+    for (int a = 0; a < num_actions; ++a) mean += outputs[a * each + z];
+    mean /= static_cast<float>(num_actions);
+    const float level = state_value[z] - mean;
+    for (int a = 0; a < num_actions; ++a) outputs[a * each + z] += level;
+  }
+}
+
+// Q(s,·) [count][A] of outputs [count][output_row]. For predicted returns, a lane is an observation
+// and an action.
+inline void action_values(const Network& network, const FewWorkspace& w, int count, float* q) {
+  const int num_actions = network.num_actions, each = network.prediction.outputs;
+  if (network.prediction.kind == Prediction::kMean) {
+    for (int n = 0; n < count; ++n) {
+      std::copy_n(w.outputs + n * w.output_row, num_actions, q + n * num_actions);
+    }
+    return;
+  }
+  const int pairs = count * num_actions;
+  for (int first = 0; first < pairs; first += kWidth) {
+    const int live = std::min(pairs - first, kWidth);
+    for (int lane = 0; lane < kWidth; ++lane) {
+      const int pair = first + std::min(lane, live - 1);  // beyond the last pair, any will do
+      const float* const from =
+          w.outputs + pair / num_actions * w.output_row + pair % num_actions * each;
+      for (int z = 0; z < each; ++z) w.columns[z * kPanel + lane] = from[z];
+    }
+    const Vector mean = mean_return(network.prediction, w.columns);
+    for (int lane = 0; lane < live; ++lane) q[first + lane] = mean[lane];
+  }
 }
 
 // Q(s,·) of at most kFew observations [count][D], into q [count][A].
 inline void few_values(const Network& network, const float* params, const float* observations,
                        int count, float* workspace, float* q) {
+  FewWorkspace w;
+  lay_out(network, workspace, &w);
   const float* const end = params + network.num_params;
-  const std::ptrdiff_t row = padded(network.widest);
   const float* in = observations;
   std::ptrdiff_t in_row = network.num_observations;
-  float *out = workspace, *other = out + kFew * row, *const columns = other + kFew * row,
-        *const state_value = columns + kWidth * row;
   for (int i = 0; i < network.num_hidden; ++i) {
     const Hidden& layer = network.hidden[i];
     const int features = layer.linear.out;
-    linear_forward(layer.linear, params, end, in, in_row, count, out, row);
+    float* const out = w.layers[i % 2];
+    linear_forward(layer.linear, params, end, in, in_row, count, out, w.row);
     if (network.layer_norm) {
-      layer_norm_forward(params + layer.gain, params + layer.shift, end, features, count, out, row,
-                         columns);
+      layer_norm_forward(params + layer.gain, params + layer.shift, end, features, count, out,
+                         w.row, w.columns);
     }
     for (int n = 0; n < count; ++n) {
       for (int f = 0; f < features; f += kWidth) {
-        const Vector v = load(out + n * row + f);
-        store(out + n * row + f, v < 0.0f ? Vector{} : v);
+        const Vector v = load(out + n * w.row + f);
+        store(out + n * w.row + f, v < 0.0f ? Vector{} : v);
       }
     }
     in = out;
-    in_row = row;
-    std::swap(out, other);
+    in_row = w.row;
   }
-  const int num_actions = network.num_actions;
-  linear_forward(network.advantage, params, end, in, in_row, count, out, row);
+  linear_forward(network.advantage, params, end, in, in_row, count, w.outputs, w.output_row);
   if (network.dueling) {
-    linear_forward(network.value, params, end, in, in_row, count, state_value, kWidth);
-  }
-  for (int n = 0; n < count; ++n) {
-    const float* const advantage = out + n * row;
-    float level = 0.0f;
-    if (network.dueling) {
-      float mean = 0.0f;
-      for (int a = 0; a < num_actions; ++a) mean += advantage[a];
-      mean /= static_cast<float>(num_actions);
-      level = state_value[n * kWidth] - mean;
-    }
-    for (int a = 0; a < num_actions; ++a) {
-      q[n * num_actions + a] = network.dueling ? advantage[a] + level : advantage[a];
+    linear_forward(network.value, params, end, in, in_row, count, w.state_value, w.value_row);
+    for (int n = 0; n < count; ++n) {
+      add_state_value(network, w.state_value + n * w.value_row, w.outputs + n * w.output_row);
     }
   }
+  action_values(network, w, count, q);
 }
 
 }  // namespace TOUCHDOWN_KERNEL

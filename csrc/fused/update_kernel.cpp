@@ -8,6 +8,7 @@
 #include <cstddef>
 
 #include "fused/backward.hpp"
+#include "fused/distribution_error.hpp"
 #include "fused/few.hpp"
 #include "fused/forward.hpp"
 #include "fused/kernel.hpp"
@@ -15,6 +16,7 @@
 #include "fused/network.hpp"
 #include "fused/optimizer.hpp"
 #include "fused/panels.hpp"
+#include "fused/prediction.hpp"
 #include "fused/td_error.hpp"
 #include "fused/workspace.hpp"
 
@@ -27,9 +29,9 @@ std::size_t update_workspace(const Network& network, int batch_size) {
 }
 
 std::size_t values_workspace(const Network& network) {
-  const auto panel =
-      static_cast<std::size_t>(2 * network.widest + network.num_actions + 1) * kPanel;
-  return std::max(panel, few_workspace(network));
+  const int features =
+      2 * network.widest + network.advantage.out + network.num_actions + network.prediction.outputs;
+  return std::max(static_cast<std::size_t>(features) * kPanel, lay_out(network, nullptr, nullptr));
 }
 
 void values(const Network& network, const float* params, const float* observations,
@@ -37,8 +39,10 @@ void values(const Network& network, const float* params, const float* observatio
   const int num_observations = network.num_observations, num_actions = network.num_actions;
   float* const in = workspace;
   float* const out = in + network.widest * kPanel;
-  float* const panel_q = out + network.widest * kPanel;
-  float* const state_value = panel_q + num_actions * kPanel;
+  float* const outputs = out + network.widest * kPanel;
+  float* const state_value = outputs + network.advantage.out * kPanel;
+  const bool means = network.prediction.kind == Prediction::kMean;
+  float* const panel_q = means ? outputs : state_value + network.prediction.outputs * kPanel;
   Samples samples;
   samples.observation_stride = num_observations;
   for (std::ptrdiff_t first = 0; first < count; first += kPanel) {
@@ -49,7 +53,8 @@ void values(const Network& network, const float* params, const float* observatio
       break;
     }
     gather(observations, samples, first, live, num_observations, in, nullptr);
-    forward(network, params, in, out, state_value, panel_q);
+    forward(network, params, in, out, state_value, outputs);
+    action_values(network, outputs, panel_q);
     for (int c = 0; c < live; ++c) {
       for (int a = 0; a < num_actions; ++a) {
         q[(first + c) * num_actions + a] = panel_q[a * kPanel + c];
@@ -65,6 +70,8 @@ Metrics update(const Network& network, const Rule& rule, const Learner& learner,
   lay_out(network, batch_size, block, &w);
   const int panels = num_panels(batch_size), num_observations = network.num_observations;
   const float* const bootstrap = learner.target ? learner.target : learner.online;
+  const auto errors =
+      network.prediction.kind == Prediction::kMean ? &td_errors : &distribution_errors;
   Totals totals;
   for (int panel = 0; panel < panels; ++panel) {
     const int begin = panel * kPanel;
@@ -74,16 +81,19 @@ Metrics update(const Network& network, const Rule& rule, const Learner& learner,
     forward_storing_activations(network, learner.online, w, panel);
     if (samples.o_t) {
       gather(samples.o_t, samples, first + begin, live, num_observations, w.scratch[0], nullptr);
-      forward(network, bootstrap, w.scratch[0], w.scratch[1], w.state_value, w.q_t);
+      forward(network, bootstrap, w.scratch[0], w.scratch[1], w.state_value, w.outputs_t);
+      action_values(network, w.outputs_t, w.q_t);
       if (rule.double_q) {
         gather(samples.o_t, samples, first + begin, live, num_observations, w.scratch[0], nullptr);
-        forward(network, learner.online, w.scratch[0], w.scratch[1], w.state_value, w.q_t_selector);
+        forward(network, learner.online, w.scratch[0], w.scratch[1], w.state_value,
+                w.outputs_selector);
+        action_values(network, w.outputs_selector, w.q_t_selector);
       }
     }
-    td_errors(network, rule, samples, first + begin, live, batch_size,
-              weights ? weights + begin : nullptr, w,
-              w.advantage_grad + static_cast<std::ptrdiff_t>(panel) * network.num_actions * kPanel,
-              td_error + begin, &totals);
+    errors(network, rule, samples, first + begin, live, batch_size,
+           weights ? weights + begin : nullptr, w,
+           w.advantage_grad + static_cast<std::ptrdiff_t>(panel) * network.advantage.out * kPanel,
+           td_error + begin, &totals);
     backward(network, learner.online, w, panel);
   }
   parameter_gradient(network, w, panels);

@@ -48,8 +48,10 @@ inline void need(std::size_t given, std::size_t wanted, const char* name) {
 class Perceptron {
  public:
   Perceptron(std::int64_t num_observations, const std::vector<std::int64_t>& hidden_sizes,
-             std::int64_t num_actions, bool layer_norm, bool dueling)
-      : network_(make_network(num_observations, hidden_sizes, num_actions, layer_norm, dueling)) {}
+             std::int64_t num_actions, bool layer_norm, bool dueling, std::int64_t quantiles,
+             std::int64_t atoms, double v_min, double v_max)
+      : network_(make_network(num_observations, hidden_sizes, num_actions, layer_norm, dueling,
+                              make_prediction(quantiles, atoms, v_min, v_max))) {}
   Perceptron(const Perceptron&) = delete;
   Perceptron& operator=(const Perceptron&) = delete;
 
@@ -103,6 +105,9 @@ class Perceptron {
                    const Matrix<const float>& o_tm1, const Vector<const std::int32_t>& a_tm1,
                    const Vector<const float>& targets, const Matrix<const std::int64_t>& order,
                    const Matrix<float>& td_error, bool huber, float max_grad_norm) {
+    if (network_.prediction.kind != Prediction::kMean) {
+      refuse("a network that predicts quantiles or atoms: must predict values");
+    }
     need(o_tm1.shape(1), static_cast<std::size_t>(network_.num_observations), "a row of o_tm1");
     need(a_tm1.shape(0), o_tm1.shape(0), "a_tm1");
     need(targets.shape(0), o_tm1.shape(0), "targets");

@@ -106,12 +106,15 @@ class PythonLoop {
  public:
   PythonLoop(engine::Batch& batch, const nb::object& exploration, const nb::object& replay,
              const Settings& settings, const std::vector<std::int64_t>& hidden_sizes,
-             bool layer_norm, bool dueling)
+             bool layer_norm, bool dueling, std::int64_t quantiles, std::int64_t atoms,
+             double v_min, double v_max)
       : batch_(batch),
         exploration_(generator_of(exploration)),
         replay_(generator_of(replay)),
-        loop_(checked(settings), fused::make_network(engine::kObservationSize, hidden_sizes,
-                                                     engine::kNumActions, layer_norm, dueling)) {
+        loop_(checked(settings),
+              fused::make_network(engine::kObservationSize, hidden_sizes, engine::kNumActions,
+                                  layer_norm, dueling,
+                                  fused::make_prediction(quantiles, atoms, v_min, v_max))) {
     if (batch.landers.front().config.continuous != 0) {
       refuse("these landers take pairs of throttles: must take whole numbers");
     }

@@ -110,6 +110,10 @@ class Loop:
         hidden_sizes: Sequence[int],
         layer_norm: bool,
         dueling: bool,
+        quantiles: int,
+        atoms: int,
+        v_min: float,
+        v_max: float,
     ) -> None: ...
     def advance(
         self,

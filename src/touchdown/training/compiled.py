@@ -76,6 +76,10 @@ class CompiledLoop:
             hidden_sizes=config.network.hidden_sizes,
             layer_norm=config.network.layer_norm,
             dueling=config.network.dueling,
+            quantiles=config.network.quantiles,
+            atoms=config.network.atoms,
+            v_min=config.network.v_min,
+            v_max=config.network.v_max,
         )
         self._module = _train
         self._counts = _train.Counts()

@@ -9,7 +9,10 @@ def simd() -> str:
     """The instruction set in use: avx512, avx2 or baseline."""
 
 class Perceptron:
-    """A Q-network's shape: ReLU after each hidden layer, flat parameters as `QNetwork` has them."""
+    """A Q-network's shape: ReLU after each hidden layer, flat parameters as `QNetwork` has them.
+
+    Without quantiles and atoms it predicts the means of returns.
+    """
 
     def __init__(
         self,
@@ -18,6 +21,10 @@ class Perceptron:
         num_actions: int,
         layer_norm: bool = False,
         dueling: bool = False,
+        quantiles: int = 0,
+        atoms: int = 0,
+        v_min: float = 0.0,
+        v_max: float = 0.0,
     ) -> None: ...
     @property
     def num_params(self) -> int:
@@ -61,7 +68,7 @@ class Perceptron:
         huber: bool,
         max_grad_norm: float,
     ) -> tuple[float, float, float, float]:
-        """K updates towards given targets [M]; order [K, B] says which each minibatch takes."""
+        """K updates of means towards given targets [M]; order [K, B] says which each minibatch takes."""
 
 def transition_fields(observation_size: int) -> dict[str, int]:
     """Where each field of a packed transition begins, in 4-byte words."""

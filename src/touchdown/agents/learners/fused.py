@@ -55,6 +55,10 @@ class FusedNetwork:
             network.num_actions,
             layer_norm=network.config.layer_norm,
             dueling=network.config.dueling,
+            quantiles=network.config.quantiles,
+            atoms=network.config.atoms,
+            v_min=network.config.v_min,
+            v_max=network.config.v_max,
         )
 
     def values_of_each(self, params: Any, observations: Any) -> Any:
