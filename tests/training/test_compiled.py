@@ -75,6 +75,18 @@ SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
         "learning": {"learning_rate_duration": 300, "learning_rate_end": 0.01}
     },
     "weights that are no numbers": {"learning": {"learning_rate": 1e30}},
+    "quantiles": {"network": {"quantiles": 5}, "learning": {"loss": "huber", "double": True}},
+    "quantiles of three": {
+        "network": {"quantiles": 8, "dueling": True},
+        "learning": {"loss": "huber", "target_period": 30},
+        "training": {"num_envs": 3},
+    },
+    "atoms": {"network": {"atoms": 7}, "learning": {"n_step": 3, "target_period": 30}},
+    "atoms of forty": {
+        "network": {"atoms": 5, "v_min": -3.0, "v_max": 3.0},
+        "learning": {"update_period": 16},
+        "training": {"num_envs": 40},
+    },
     "dueling, layer norm": {"network": {"dueling": True, "layer_norm": True}},
 }
 
@@ -329,6 +341,10 @@ class Arguments:
             hidden_sizes=(12, 8),
             layer_norm=False,
             dueling=False,
+            quantiles=0,
+            atoms=0,
+            v_min=0.0,
+            v_max=0.0,
         )
 
     def advance(self, loop: _train.Loop, max_steps: int = 1) -> object:

@@ -105,8 +105,32 @@ RULES = {
 }
 
 
-@pytest.mark.parametrize("config", RULES.values(), ids=RULES)
-@pytest.mark.parametrize("shape", NETWORKS.values(), ids=NETWORKS)
+DISTRIBUTIONS = {
+    "quantiles": NetworkConfig(hidden_sizes=(16, 9), quantiles=8),
+    "one quantile": NetworkConfig(hidden_sizes=(7,), quantiles=1),
+    "dueling quantiles": NetworkConfig(hidden_sizes=(13,), quantiles=5, dueling=True),
+    "atoms": NetworkConfig(hidden_sizes=(16, 9), atoms=11),
+    "many atoms": NetworkConfig(hidden_sizes=(), atoms=51, v_min=-3.0, v_max=5.0),
+    "normalised and dueling atoms": NetworkConfig(
+        hidden_sizes=(13,), layer_norm=True, dueling=True, atoms=7, v_min=0.0, v_max=1.0
+    ),
+}
+CASES = [
+    *(
+        pytest.param(shape, config, id=f"{network}-{rule}")
+        for network, shape in NETWORKS.items()
+        for rule, config in RULES.items()
+    ),
+    *(
+        pytest.param(shape, replace(config, loss="huber"), id=f"{network}-{rule}")
+        for network, shape in DISTRIBUTIONS.items()
+        for rule, config in RULES.items()
+        if rule not in {"mse", "one step size"}
+    ),
+]
+
+
+@pytest.mark.parametrize(("shape", "config"), CASES)
 def test_updates_are_those_of_the_jax_function(shape, config):
     learner, packed = new_learner(shape, config), batches(21)
     twin = jax_state(learner)
@@ -150,7 +174,7 @@ def test_fits_to_given_targets_are_those_of_the_jax_function(shape):
     assert_allclose(metrics, expected, rtol=1e-3, atol=1e-5)
 
 
-@pytest.mark.parametrize("shape", NETWORKS.values(), ids=NETWORKS)
+@pytest.mark.parametrize("shape", (NETWORKS | DISTRIBUTIONS).values(), ids=NETWORKS | DISTRIBUTIONS)
 def test_values_are_those_of_the_jax_function_whatever_the_batch(shape):
     twin = QNetwork(D, A, shape)
     network = FusedNetwork(twin)
@@ -215,10 +239,29 @@ def test_the_kernel_reads_each_field_of_a_packed_transition_where_it_is():
         assert transition_fields(size) == field_offsets(size)
 
 
+def test_a_network_that_predicts_a_distribution_is_not_fitted_to_values():
+    learner = new_learner(DISTRIBUTIONS["atoms"], learning(loss="huber"))
+    before = np.array(learner.state.online_params)
+    samples = np.zeros((2, D), np.float32), np.zeros(2, np.int32), np.zeros(2, np.float32)
+    with pytest.raises(ValueError, match="predicts quantiles or atoms: must predict values"):
+        learner.fit(*samples, np.array([[0, 1]]))
+    assert_array_equal(learner.state.online_params, before)
+
+
 AGENTS = {
     "dqn": Config(
         replay=ReplayConfig(capacity=100, min_size=8),
         learning=LearningConfig(batch_size=8, target_period=20, double=True, n_step=2),
+    ),
+    "quantiles": Config(
+        network=NetworkConfig(quantiles=6),
+        replay=ReplayConfig(capacity=100, min_size=8, prioritized=True),
+        learning=LearningConfig(batch_size=8, target_period=20, loss="huber"),
+    ),
+    "atoms": Config(
+        network=NetworkConfig(atoms=6),
+        replay=ReplayConfig(capacity=100, min_size=8),
+        learning=LearningConfig(batch_size=8, target_period=20, double=True, n_step=3),
     ),
     "pqn": Config(algorithm="pqn", rollout=RolloutConfig(rollout_steps=8, epochs=2, minibatches=2)),
 }
@@ -229,7 +272,7 @@ def test_an_agent_learns_the_same_on_either_backend(chain, config):
     def learned(backend: str) -> np.ndarray:
         settings = replace(
             config,
-            network=NetworkConfig(hidden_sizes=(16,), layer_norm=True),
+            network=replace(config.network, hidden_sizes=(16,), layer_norm=True),
             exploration=ExplorationConfig(schedule="constant", epsilon_start=1.0),
             learning=replace(config.learning, backend=backend),
             training=TrainingConfig(num_envs=4),

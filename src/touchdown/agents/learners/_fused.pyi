@@ -68,7 +68,7 @@ class Perceptron:
         huber: bool,
         max_grad_norm: float,
     ) -> tuple[float, float, float, float]:
-        """K updates of means towards given targets [M]; order [K, B] says which each minibatch takes."""
+        """K updates of means towards targets [M]; order [K, B] says which each minibatch takes."""
 
 def transition_fields(observation_size: int) -> dict[str, int]:
     """Where each field of a packed transition begins, in 4-byte words."""
