@@ -75,7 +75,10 @@ SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
         "learning": {"learning_rate_duration": 300, "learning_rate_end": 0.01}
     },
     "weights that are no numbers": {"learning": {"learning_rate": 1e30}},
-    "quantiles": {"network": {"quantiles": 5}, "learning": {"loss": "huber", "double": True}},
+    "quantiles": {
+        "network": {"quantiles": 5},
+        "learning": {"loss": "huber", "double": True, "target_period": 30},
+    },
     "quantiles of three": {
         "network": {"quantiles": 8, "dueling": True},
         "learning": {"loss": "huber", "target_period": 30},
