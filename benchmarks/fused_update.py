@@ -23,6 +23,7 @@ import numpy as np
 
 from touchdown.agents.learners._fused import simd
 from touchdown.agents.learners.fused import FusedLearner
+from touchdown.agents.learners.fused_network import FusedNetwork
 from touchdown.agents.learners.state import LearnerState, init_state
 from touchdown.agents.learners.update import make_update
 from touchdown.agents.networks import QNetwork
@@ -93,7 +94,7 @@ def measure(
 
     scan = jax.jit(lambda state, packed: jax.lax.scan(step, state, packed)[0])
     start = init_state(network, config, 0)
-    learner = FusedLearner(network, Config(network=shape, learning=config))
+    learner = FusedLearner(FusedNetwork(D, A, shape), Config(network=shape, learning=config))
 
     def learn() -> None:
         learner.update(packed, None, seen, 0, measured=True)

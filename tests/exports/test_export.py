@@ -7,7 +7,6 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-import jax
 import numpy as np
 import pytest
 import yaml
@@ -17,7 +16,8 @@ from PIL import Image
 import touchdown
 from saved_policies import save_model
 from shown import Shown
-from touchdown.agents.networks import make_network
+from touchdown.agents.initial import initial_params
+from touchdown.agents.models import make_network
 from touchdown.agents.qtable import QTable
 from touchdown.agents.states import OneHot
 from touchdown.config import presets
@@ -59,7 +59,7 @@ def fresh(config: Config):
         return table, np.random.default_rng(0).normal(size=64)
     spaces = environment.spaces_of(config.env_id)
     network = make_network(config.network, spaces)
-    return network, np.asarray(network.init(jax.random.key(3)))
+    return network, initial_params(network.layout, 3)
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ import pytest
 from numpy.random import default_rng
 
 from touchdown.agents.dqn import DQNAgent
-from touchdown.agents.learners.fused import FusedLearner, adam_of
+from touchdown.agents.learners.fused import FusedLearner
 from touchdown.agents.registry import make_agent
 from touchdown.config.config import Config
 from touchdown.config.sections import (
@@ -315,7 +315,6 @@ class Arguments:
         self.twin = twin(self.config, compiled=False)
         learner = self.twin.agent.learner
         assert isinstance(learner, FusedLearner)
-        adam = adam_of(learner.state)
         pool, underway = self.twin.pool, self.twin.underway
         self.counts = _train.Counts()
         self.counts.epsilon = 1.0
@@ -328,7 +327,7 @@ class Arguments:
         ring = self.twin.agent.replay.ring
         self.records = ring.storage.view(np.float32).reshape(ring.capacity, -1)
         state: Any = learner.state
-        self.learner = [state.online_params, state.target_params, adam.mu, adam.nu]
+        self.learner = [state.online_params, state.target_params, state.mu, state.nu]
         self.q = np.zeros((2, 4), np.float32)
 
     def loop(self, **settings: Any) -> _train.Loop:

@@ -6,11 +6,10 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from saved_policies import save_model
-from touchdown.agents.networks import make_network
+from touchdown.agents.networks import QNetwork
 from touchdown.config.presets import preset
 from touchdown.config.sections import NetworkConfig
 from touchdown.core.errors import Interrupted
-from touchdown.core.types import Spaces
 from touchdown.envs.flight import load_flights, save_flights
 from touchdown.envs.recorder import record_flight
 from touchdown.evaluation.evaluation import median_start, write_evaluations
@@ -35,8 +34,8 @@ CONFIG = replace(
 def run(tmp_path):
     """A run of the lander, trained to its end: its weights are random."""
     folder = folders.create(tmp_path, CONFIG, "made-up")
-    network = make_network(CONFIG.network, Spaces(observation_size=8, num_actions=4))
-    params = np.random.default_rng(0).normal(size=network.num_params)
+    network = QNetwork(8, 4, CONFIG.network)
+    params = np.random.default_rng(0).normal(size=network.num_params).astype(np.float32)
     save_model(folder.best, network, params, {"observations": 1}, CONFIG)
     return Run(folder)
 

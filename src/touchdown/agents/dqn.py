@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from touchdown.agents.actor import periods_crossed
 from touchdown.agents.learner_agent import LearnerAgent
-from touchdown.agents.learners.learner import Learner
-from touchdown.agents.learners.state import Metrics
+from touchdown.agents.learners.learner import Learner, Metrics
 from touchdown.config.config import Config
 from touchdown.config.sections import ReplayConfig
 from touchdown.core import records

@@ -16,12 +16,11 @@ from numpy.typing import NDArray
 from touchdown.agents.batch import Params
 from touchdown.agents.greedy import GreedyPolicy, in_blocks
 from touchdown.agents.layers import DuelingHead, NoisyLinear
+from touchdown.agents.layout import Layout
 from touchdown.config.sections import NetworkConfig
 from touchdown.core import device
-from touchdown.core.types import FloatArray, Spaces
+from touchdown.core.types import FloatArray
 
-_KINDS = ("weight", "bias")
-_NOISY_KINDS = (*_KINDS, "weight_sigma", "bias_sigma")
 _ACTIVATIONS = {"relu": jax.nn.relu, "tanh": jax.nn.tanh, "silu": jax.nn.silu}
 
 
@@ -42,16 +41,14 @@ class QNetwork:
         self.observation_size = observation_size
         self.num_actions = num_actions
         self.config = config
-        module = self._module(jax.random.key(0))
-        arrays, self._static = _split(module)
-        flat, self._unravel = ravel_pytree(arrays)
-        shapes = [leaf.shape for leaf in jax.tree.leaves(arrays)]
-        self._shapes = dict(zip(_names(module), shapes, strict=True))
-        self.num_params = int(flat.size)
+        self.layout = Layout(observation_size, num_actions, config)
+        arrays, self._static = _split(self._fresh(jax.random.key(0)))
+        self._unravel = ravel_pytree(arrays)[1]
+        self.num_params = self.layout.num_params
         self.values = jax.jit(self.apply)
         """`apply`, compiled once for all users of this network."""
 
-    def _module(self, key: PRNGKeyArray) -> eqx.nn.Sequential:
+    def _fresh(self, key: PRNGKeyArray) -> eqx.nn.Sequential:
         config = self.config
         sizes = (self.observation_size, *config.hidden_sizes)
         *keys, head_key = jax.random.split(key, len(sizes))
@@ -73,7 +70,7 @@ class QNetwork:
 
     def init(self, key: PRNGKeyArray) -> Params:
         """Initial parameters: uniform in ±1/√(fan in); noisy weights have σ = σ₀/√(fan in)."""
-        return ravel_pytree(_split(self._module(key))[0])[0]
+        return ravel_pytree(_split(self._fresh(key))[0])[0]
 
     @property
     def support(self) -> Float[jax.Array, " Z"]:
@@ -122,8 +119,11 @@ class QNetwork:
     def _outputs(
         self, params: Params, observations: Float[jax.Array, "B D"], noise: PRNGKeyArray | None
     ) -> jax.Array:
-        module = cast(eqx.nn.Sequential, eqx.combine(self._unravel(params), self._static))
-        return jax.vmap(partial(module, key=noise))(observations)
+        return jax.vmap(partial(self.module(params), key=noise))(observations)
+
+    def module(self, params: Any) -> eqx.nn.Sequential:
+        """The layers with flat parameters [P]."""
+        return cast(eqx.nn.Sequential, eqx.combine(self._unravel(params), self._static))
 
     def values_of_each(self, params: Params, observations: FloatArray) -> NDArray[Any]:
         """Q(s,·) of any number of observations, [N, D] to [N, A].
@@ -148,14 +148,9 @@ class QNetwork:
         """The network's config, under its key in a file of weights."""
         return {"network": asdict(self.config)}
 
-    def layers(self, params: Params | FloatArray) -> dict[str, jax.Array]:
-        """Parameters by name: `layers.0.weight` [out, in], `layers.0.bias` [out], and so on.
-
-        Normalisation layers add `norms.0.weight`, a dueling head `value.weight` and
-        `advantage.weight`, noisy weights `layers.0.weight_sigma` and `layers.0.bias_sigma`.
-        """
-        leaves = jax.tree.leaves(self._unravel(jnp.asarray(params)))
-        return dict(zip(self._shapes, leaves, strict=True))
+    def layers(self, params: Params | FloatArray) -> dict[str, FloatArray]:
+        """Parameters by name; see `Layout`."""
+        return self.layout.split(np.asarray(params))
 
     def params_of(self, layers: Mapping[str, FloatArray]) -> NDArray[np.float32]:
         """Flat parameters from named ones; the inverse of `layers`.
@@ -163,40 +158,9 @@ class QNetwork:
         Raises:
             ValueError: the names, shapes or types are not those of this network.
         """
-        wanted = self._shapes
-        if layers.keys() != wanted.keys():
-            raise ValueError(f"it has {sorted(layers)}, must be {sorted(wanted)}")
-        for name, shape in wanted.items():
-            given = layers[name]
-            if given.shape != shape or given.dtype != np.float32:
-                raise ValueError(f"{name} is {given.dtype}{given.shape}, must be float32{shape}")
-        return np.concatenate([layers[name].ravel() for name in wanted])
-
-
-def _names(module: eqx.nn.Sequential) -> list[str]:
-    """The parameters' names, in their order in the flat vector."""
-    counts: dict[str, int] = {}
-    names: list[str] = []
-    for layer in cast(tuple[object, ...], module.layers):
-        if isinstance(layer, DuelingHead):
-            names += _named("value", layer.value) + _named("advantage", layer.advantage)
-        elif isinstance(layer, eqx.nn.Linear | NoisyLinear | eqx.nn.LayerNorm):
-            group = "norms" if isinstance(layer, eqx.nn.LayerNorm) else "layers"
-            number = counts[group] = counts.get(group, -1) + 1
-            names += _named(f"{group}.{number}", layer)
-    return names
-
-
-def _named(name: str, layer: object) -> list[str]:
-    kinds = _NOISY_KINDS if isinstance(layer, NoisyLinear) else _KINDS
-    return [f"{name}.{kind}" for kind in kinds]
+        return self.layout.join(layers)
 
 
 def _split(module: eqx.Module) -> tuple[Any, Any]:
     """A module's arrays, and the rest of the module."""
     return cast(tuple[Any, Any], eqx.partition(module, eqx.is_array))
-
-
-def make_network(config: NetworkConfig, spaces: Spaces) -> QNetwork:
-    """The Q-network that a config describes, for an environment's sizes."""
-    return QNetwork(spaces.observation_size, spaces.num_actions, config)

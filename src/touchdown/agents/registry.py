@@ -5,7 +5,10 @@ from collections.abc import Callable
 from typing import Any, cast
 
 from touchdown.agents.agent import Agent
+from touchdown.agents.dqn import DQNAgent
+from touchdown.agents.learners.factory import make_learner
 from touchdown.agents.planning import plan_of
+from touchdown.agents.pqn import PQNAgent
 from touchdown.agents.states import states_of
 from touchdown.agents.tabular import TabularAgent
 from touchdown.config.config import Config
@@ -48,11 +51,6 @@ def make_agent(config: Config, spaces: Spaces, generators: Streams) -> Agent:
 
 
 def _network_agent(config: Config, spaces: Spaces, generators: Streams) -> Agent:
-    # here, because they load JAX, which takes as long as everything else together
-    from touchdown.agents.dqn import DQNAgent  # noqa: PLC0415
-    from touchdown.agents.learners.factory import make_learner  # noqa: PLC0415
-    from touchdown.agents.pqn import PQNAgent  # noqa: PLC0415
-
     made = DQNAgent if config.algorithm == "dqn" else PQNAgent
     return made(config, spaces, generators, make_learner(config, spaces))
 

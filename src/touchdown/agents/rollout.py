@@ -1,39 +1,51 @@
-"""A rollout (T steps of N environments) and its λ-returns, the targets of PQN."""
+"""A rollout (T steps of N environments) and its λ-returns, the targets of PQN, in NumPy.
 
-from typing import NamedTuple
+Its twin is `td.lambda_returns` in JAX.
+"""
 
-import jax
-from jaxtyping import Float, Int
+from typing import Any, NamedTuple
 
-from touchdown.agents import td
+import numpy as np
+from numpy.typing import NDArray
+
 from touchdown.config.config import Config
+
+Floats = NDArray[np.float32]
 
 
 class Rollout(NamedTuple):
     """T steps of N environments, in arrays of NumPy or JAX."""
 
-    o_tm1: Float[jax.Array, "T N D"]
-    a_tm1: Int[jax.Array, "T N"]
-    r_t: Float[jax.Array, "T N"]
-    o_t: Float[jax.Array, "T N D"]
-    terminated: Float[jax.Array, "T N"]
+    o_tm1: Any
+    """[T, N, D]"""
+    a_tm1: Any
+    """[T, N], like all that follow, except for `o_t`."""
+    r_t: Any
+    o_t: Any
+    """[T, N, D]"""
+    terminated: Any
     """1 where the episode terminated, else 0."""
-    truncated: Float[jax.Array, "T N"]
+    truncated: Any
     """1 where the episode was truncated and not terminated, else 0."""
 
 
-def rollout_targets(
-    rollout: Rollout, q_t: Float[jax.Array, "TN A"], config: Config
-) -> Float[jax.Array, "T N"]:
-    """λ-returns of a rollout (inside a compiled function).
+def rollout_targets(rollout: Rollout, q_t: Floats, config: Config) -> Floats:
+    """Gₜ = r + γ·[λ·Gₜ₊₁ + (1 − λ)·maxₐ Q(s′,a)]   (Peng & Williams, 1994; PQN's Q(λ)), [T, N].
+
+    After the last step, and where the episode was truncated, maxₐ Q(s′,a) alone bootstraps.
 
     Args:
         rollout: T steps of N environments.
-        q_t: Q(s′,·) of the observations after its steps.
+        q_t: Q(s′,·) of the observations after its steps, [T·N, A].
         config: settings with γ, λ and the reward scale.
     """
     best = q_t.max(axis=-1).reshape(rollout.r_t.shape)
-    reward = rollout.r_t * config.learning.reward_scale
-    discount = config.learning.gamma * (1 - rollout.terminated)
-    decay = config.rollout.trace_decay
-    return td.lambda_returns(reward, discount, best, rollout.truncated, decay)
+    reward = rollout.r_t * np.float32(config.learning.reward_scale)
+    discount = np.float32(config.learning.gamma) * (1 - rollout.terminated)
+    decay = np.float32(config.rollout.trace_decay) * (1 - rollout.truncated)
+    targets = np.empty_like(best)
+    following = best[-1]
+    for t in range(len(best) - 1, -1, -1):
+        mixed = decay[t] * following + (1 - decay[t]) * best[t]
+        following = targets[t] = reward[t] + discount[t] * mixed
+    return targets

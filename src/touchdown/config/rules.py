@@ -127,24 +127,31 @@ def usable(config: Sections) -> dict[str, set[str]]:
 
 def why_not_fused(config: Sections) -> str | None:
     """The setting that the fused kernel does not support, and what it must be; None if none."""
-    for section, supported in _FUSED.items():
-        given = getattr(config, section)
-        for item in dataclasses.fields(given):
-            value, allowed = getattr(given, item.name), supported.get(item.name, _DEFAULT)
-            if allowed is _ANY:
-                continue
-            wanted = item.default if allowed is _DEFAULT else allowed
-            if value != wanted:
-                return (
-                    f"{item.name} = {value!r}: must be {wanted!r} with backend = 'fused'; "
-                    "backend = 'jax' supports it"
-                )
-    sizes = config.network.hidden_sizes
+    return why_not_fused_network(config.network) or _not_fused(config.learning, "learning")
+
+
+def why_not_fused_network(network: NetworkConfig) -> str | None:
+    """The setting of a network that the fused kernel does not support; None if none."""
+    sizes = network.hidden_sizes
     if len(sizes) > MOST_FUSED_LAYERS:
         return (
             f"hidden_sizes = {sizes}: must have at most {MOST_FUSED_LAYERS} "
             "layers with backend = 'fused'"
         )
+    return _not_fused(network, "network")
+
+
+def _not_fused(given: NetworkConfig | LearningConfig, section: str) -> str | None:
+    for item in dataclasses.fields(given):
+        value, allowed = getattr(given, item.name), _FUSED[section].get(item.name, _DEFAULT)
+        if allowed is _ANY:
+            continue
+        wanted = item.default if allowed is _DEFAULT else allowed
+        if value != wanted:
+            return (
+                f"{item.name} = {value!r}: must be {wanted!r} with backend = 'fused'; "
+                "backend = 'jax' supports it"
+            )
     return None
 
 

@@ -4,8 +4,9 @@ import json
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, cast, get_args
+from typing import Literal, cast, get_args
 
+from touchdown.agents.models import Network
 from touchdown.agents.qtable import QTable
 from touchdown.core import files, limits, reading
 from touchdown.core.errors import UserError
@@ -20,9 +21,6 @@ from touchdown.exports.source import Source
 from touchdown.policies import weights as policy_weights
 from touchdown.policies.foreign.onnx_session import Session
 from touchdown.policies.weights import Weights
-
-if TYPE_CHECKING:
-    from touchdown.agents.networks import QNetwork
 
 Format = Literal["onnx", "safetensors"]
 CARD, EXAMPLE, FILM = "README.md", "fly_onnx.py", "flight.gif"
@@ -95,7 +93,7 @@ def write_export(
 
 
 def _checked_onnx(source: Source, weights: Weights) -> tuple[bytes, Agreement]:
-    model, spaces = cast("QNetwork | QTable", weights.model), weights.spaces
+    model, spaces = cast("Network | QTable", weights.model), weights.spaces
     config = source.config
     metadata = {
         "env_id": weights.env_id,

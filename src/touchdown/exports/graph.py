@@ -2,20 +2,18 @@
 
 from collections.abc import Mapping
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from touchdown.agents.models import Network
 from touchdown.agents.qtable import QTable
 from touchdown.agents.states import Grid
 from touchdown.core import installation
 from touchdown.core.types import FloatArray
 from touchdown.core.version import __version__
 from touchdown.policies.foreign.onnx_session import missing_package
-
-if TYPE_CHECKING:
-    from touchdown.agents.networks import QNetwork
 
 # of 2022: old enough for most runtimes, new enough for LayerNormalization
 OPSET, IR_VERSION = 17, 8
@@ -34,7 +32,7 @@ def check_installed() -> None:
 
 
 def onnx_model(
-    model: "QNetwork | QTable",
+    model: Network | QTable,
     params: FloatArray,
     observation_size: int,
     num_actions: int,
@@ -109,8 +107,8 @@ class _Graph:
         return self.add("Cast", name, to=to)
 
 
-def _network(graph: _Graph, network: "QNetwork", params: FloatArray) -> str:
-    """Q(s,·), [N, A], of a `QNetwork`, layer by layer."""
+def _network(graph: _Graph, network: Network, params: FloatArray) -> str:
+    """Q(s,·), [N, A], of a network, layer by layer."""
     config = network.config
     layers = {name: np.asarray(value) for name, value in network.layers(params).items()}
     x = "observations"
@@ -134,7 +132,8 @@ def _network(graph: _Graph, network: "QNetwork", params: FloatArray) -> str:
         x = _linear(graph, x, layers, f"layers.{len(config.hidden_sizes)}")
         z = graph.add("Reshape", x, by_action)
     if config.atoms:
-        support = graph.constant(np.asarray(network.support), "support")
+        atoms = np.linspace(config.v_min, config.v_max, config.atoms, dtype=np.float32)
+        support = graph.constant(atoms, "support")
         return graph.add("MatMul", graph.add("Softmax", z, axis=-1), support)
     # the value itself if there is one output
     return graph.add("ReduceMean", z, axes=[2], keepdims=0)

@@ -3,27 +3,25 @@
 import json
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
 
 from touchdown.agents import registry
+from touchdown.agents.models import Network, make_network
 from touchdown.agents.qtable import QTable
 from touchdown.agents.states import states_of
 from touchdown.config import toml
 from touchdown.config.config import Config
 from touchdown.config.sections import NetworkConfig, TableConfig
-from touchdown.core import device, files, finite, limits, plugins, records
+from touchdown.core import files, finite, limits, plugins, records
 from touchdown.core.errors import UserError, one_line
 from touchdown.core.seeding import streams
 from touchdown.core.types import Described, FloatArray, Policy, Spaces, Tensors
 from touchdown.envs import environment
 from touchdown.policies.facts import WeightsFacts
 from touchdown.policies.named import NamedPolicy
-
-if TYPE_CHECKING:
-    from touchdown.agents.networks import QNetwork
 
 WEIGHTS_FORMAT_VERSION = 2
 _KINDS = {"network": NetworkConfig, "table": TableConfig}  # of model, by the key of its config
@@ -87,7 +85,7 @@ class Weights(NamedTuple):
     env_id: str
     spaces: Spaces
     """Of that environment."""
-    model: "QNetwork | QTable | None" = None
+    model: Network | QTable | None = None
     """Of the policy; None of a policy that only its agent's code can make again."""
     params: FloatArray = np.zeros(0)
     """The model's, flat, [P]."""
@@ -125,14 +123,10 @@ def read_weights(path: Path) -> Weights:
     config = toml.replace_fields(_KINDS[name](), values, where)
     env_id = metadata.env_id
     spaces = environment.spaces_of(env_id)
-    if isinstance(config, NetworkConfig):
-        device.start()
     try:
         if isinstance(config, TableConfig):
             model = QTable(states_of(config, spaces), spaces.num_actions, config)
         else:
-            from touchdown.agents.networks import make_network  # noqa: PLC0415 - it loads JAX
-
             _check_sizes(config, tensors)
             model = make_network(config, spaces)
         params = model.params_of(tensors)

@@ -10,7 +10,8 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from touchdown.agents.dqn import DQNAgent
-from touchdown.agents.learners.fused import FusedLearner, adam_of, metrics_of
+from touchdown.agents.learners.fused import FusedLearner
+from touchdown.agents.learners.learner import Metrics
 from touchdown.config.config import Config
 from touchdown.core.seeding import Streams
 from touchdown.envs.episodes import Underway
@@ -113,7 +114,7 @@ class CompiledLoop:
                 result,
                 self._counts.epsilon_used,
                 ended,
-                None if metrics is None else agent.measured(metrics_of(metrics)),
+                None if metrics is None else agent.measured(Metrics(*metrics)),
                 (agent.env_steps - before) // len(actions),
             )
 
@@ -121,13 +122,12 @@ class CompiledLoop:
         """Take steps in C++, from and to the state that the Python objects have."""
         actor, ring, counts = self._agent.actor, self._agent.replay.ring, self._counts
         state, pool, arrays = self._learner.state, self._pool, self._module
-        adam = adam_of(state)
         counts.env_steps, counts.episodes, counts.updates = (
             actor.env_steps,
             actor.episodes,
             actor.updates,
         )
-        counts.adam_updates, counts.added = adam.updates, ring.added
+        counts.adam_updates, counts.added = state.updates, ring.added
         counts.epsilon = actor.epsilon
         counts.knows_values = actor.next_q is not None
         if actor.next_q is not None:
@@ -148,13 +148,13 @@ class CompiledLoop:
                 ),
                 arrays.WindowArrays(*self._windows),
                 ring.storage.view(np.float32).reshape(ring.capacity, -1),
-                arrays.LearnerArrays(state.online_params, state.target_params, adam.mu, adam.nu),
+                arrays.LearnerArrays(state.online_params, state.target_params, state.mu, state.nu),
                 self._next_q,
             )
         actor.count(env_steps=counts.env_steps, episodes=counts.episodes, updates=counts.updates)
         actor.next_q = self._next_q.copy() if counts.knows_values else None
         if several:
             self._windows.write(self._agent.n_steps, underway.observations)
-        adam.advance(counts.adam_updates - adam.updates)
+        self._learner.state = state._replace(updates=counts.adam_updates)
         ring.wrote(counts.added - ring.added)
         return metrics

@@ -3,11 +3,12 @@
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 import numpy as np
 
 from touchdown.agents.agent import Agent
+from touchdown.agents.dqn import DQNAgent
 from touchdown.agents.registry import make_agent
 from touchdown.core import temporaries
 from touchdown.core.errors import Interrupted
@@ -23,15 +24,13 @@ from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.loop import why_python
 from touchdown.training import checkpoint
+from touchdown.training.compiled import CompiledLoop
 from touchdown.training.history import History
 from touchdown.training.loggers import Recorder
 from touchdown.training.loop import STEPS_BETWEEN_LOOKS, AgentStep, begin, interact
 from touchdown.training.pace import Budget, Pace, TrainingStatus
 from touchdown.training.resume import replay_episodes
 from touchdown.training.selection import Selection
-
-if TYPE_CHECKING:
-    from touchdown.agents.dqn import DQNAgent
 
 # environments of the exact engine in the evaluator; they are cheap, and more are faster
 _NUM_EXACT_ENVS = 128
@@ -173,10 +172,7 @@ class Trainer:
         """The steps of training, endless, from the compiled loop or from Python's."""
         if not self._compiled:
             return interact(self._agent, self._pool, self._start_of, underway)
-        # here, because it loads JAX, which not every agent needs
-        from touchdown.training.compiled import CompiledLoop  # noqa: PLC0415
-
-        agent, pool = cast("DQNAgent", self._agent), cast(ExactEnvPool, self._pool)
+        agent, pool = cast(DQNAgent, self._agent), cast(ExactEnvPool, self._pool)
         loop = CompiledLoop(agent, pool, self._streams, self._config)
         return loop.interact(self._start_of, underway)
 

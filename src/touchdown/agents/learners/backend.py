@@ -4,7 +4,8 @@ import importlib.util
 from typing import Literal
 
 from touchdown.config.config import Config
-from touchdown.config.rules import why_not_fused
+from touchdown.config.rules import why_not_fused, why_not_fused_network
+from touchdown.config.sections import NetworkConfig
 from touchdown.core import device
 
 
@@ -18,5 +19,13 @@ def backend_of(config: Config) -> Literal["jax", "fused"]:
     backend = config.learning.backend
     if backend != "auto":
         return backend
-    on_gpu = device.chosen() == "gpu"
-    return "jax" if on_gpu or not is_built() or why_not_fused(config) else "fused"
+    return "fused" if _can_be_used() and not why_not_fused(config) else "jax"
+
+
+def acts_fused(network: NetworkConfig) -> bool:
+    """Whether the fused kernel can compute the values of a network here, whoever trained it."""
+    return _can_be_used() and not why_not_fused_network(network)
+
+
+def _can_be_used() -> bool:
+    return device.chosen() != "gpu" and is_built()

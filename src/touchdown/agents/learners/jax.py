@@ -1,5 +1,6 @@
 """The learner in JAX: any network, any device, all updates of a step in one compiled call."""
 
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any, cast
 
@@ -9,24 +10,26 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
+from touchdown.agents import td
 from touchdown.agents.batch import Params
-from touchdown.agents.learners.learner import FitResult, UpdateResult
+from touchdown.agents.learners.learner import FitResult, Metrics, UpdateResult
 from touchdown.agents.learners.losses import LossFunction
 from touchdown.agents.learners.noise import ACTING, NEXT_VALUES, UPDATES, NoiseSource
 from touchdown.agents.learners.state import (
     LearnerState,
-    Metrics,
-    StateOwner,
+    copy_target,
     init_state,
+    state_from,
+    tensors_of,
 )
 from touchdown.agents.learners.update import Packed, Updated, Weights, make_fit, make_update
 from touchdown.agents.networks import QNetwork
-from touchdown.agents.rollout import Rollout, rollout_targets
+from touchdown.agents.rollout import Rollout
 from touchdown.config.config import Config
-from touchdown.core.types import FloatArray
+from touchdown.core.types import FloatArray, Tensors
 
 
-class JaxLearner(StateOwner):
+class JaxLearner:
     """Updates a network with JAX gradients and optax optimisers.
 
     Args:
@@ -41,7 +44,7 @@ class JaxLearner(StateOwner):
     ) -> None:
         self.model = network
         self._losses = losses
-        super().__init__(init_state(network, config.learning, config.seed))
+        self.state = init_state(network, config.learning, config.seed)
         self._config = config
 
     def values(self, observations: FloatArray, env_steps: int) -> FloatArray:
@@ -75,6 +78,22 @@ class JaxLearner(StateOwner):
         copied = Rollout(*(jnp.array(part) for part in rollout))
         self.state, metrics, next_q = self._fit(self.state, copied, order, next_observations)
         return FitResult(metrics, next_q)
+
+    def copy_target(self) -> None:
+        """Θ′ ← Θ (Eq. 5)."""
+        self.state = copy_target(self.state)
+
+    def tensors(self) -> Tensors:
+        """All arrays of the state by name, for a checkpoint."""
+        return tensors_of(self.state)
+
+    def restore(self, tensors: Mapping[str, NDArray[Any]]) -> None:
+        """Restore the state that `tensors` returned.
+
+        Raises:
+            ValueError: the names, shapes or types are not those of this learner.
+        """
+        self.state = state_from(self.state, tensors)
 
     def _noise(self, number: int) -> NoiseSource | None:
         config = self._config
@@ -139,7 +158,12 @@ class JaxLearner(StateOwner):
             next_observations: Float[jax.Array, "N D"],
         ) -> tuple[LearnerState, Metrics, Float[jax.Array, "N A"]]:
             q_t = network.apply(state.online_params, rollout.o_t.reshape(-1, rollout.o_t.shape[2]))
-            returns = rollout_targets(rollout, q_t, config)
+            reward = rollout.r_t * config.learning.reward_scale
+            discount = config.learning.gamma * (1 - rollout.terminated)
+            best = q_t.max(axis=-1).reshape(reward.shape)
+            returns = td.lambda_returns(
+                reward, discount, best, rollout.truncated, config.rollout.trace_decay
+            )
             flat = (
                 rollout.o_tm1.reshape(-1, rollout.o_tm1.shape[2]),
                 rollout.a_tm1.ravel(),

@@ -1,4 +1,4 @@
-"""The protocol of a learner, as agents use it."""
+"""The protocol of a learner, as agents use it, and what its updates return."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple, Protocol
@@ -6,10 +6,31 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from touchdown.agents.learners.state import LearnerState, Metrics
 from touchdown.agents.model import Model
 from touchdown.agents.rollout import Rollout
 from touchdown.core.types import FloatArray, Tensors
+
+
+class Metrics(NamedTuple):
+    """Metrics of one update, with Q and the loss in scaled reward units; numbers, or JAX's scalars.
+
+    The loss of a network with atoms is a cross entropy, in nats.
+    """
+
+    loss: Any
+    mean_q: Any
+    max_q: Any
+    gradient_norm: Any
+    """Before clipping."""
+
+    def to_floats(self, reward_scale: float) -> dict[str, float]:
+        """The metrics by name, for the records, with Q in reward units."""
+        return {
+            "loss": float(self.loss),
+            "mean_q": float(self.mean_q) / reward_scale,
+            "max_q": float(self.max_q) / reward_scale,
+            "gradient_norm": float(self.gradient_norm),
+        }
 
 
 class UpdateResult(NamedTuple):
@@ -30,6 +51,15 @@ class FitResult(NamedTuple):
     next_q: Any
 
 
+class State(Protocol):
+    """The part of a learner's state that agents read."""
+
+    @property
+    def online_params(self) -> Any:
+        """The online network's parameters, [P]; a later update may write to the array."""
+        ...
+
+
 class Learner(Protocol):
     """A network, its target network and optimiser state, and their updates.
 
@@ -43,7 +73,7 @@ class Learner(Protocol):
         ...
 
     @property
-    def state(self) -> LearnerState:
+    def state(self) -> State:
         """Everything that an update reads and writes."""
         ...
 
@@ -103,3 +133,19 @@ class Learner(Protocol):
             ValueError: the names, shapes or types are not those of this learner.
         """
         ...
+
+
+def check_tensors(tensors: Mapping[str, NDArray[Any]], like: Mapping[str, NDArray[Any]]) -> None:
+    """Check that restored arrays have the names, shapes and types of a learner's own.
+
+    Raises:
+        ValueError: they do not.
+    """
+    if like.keys() != tensors.keys():
+        raise ValueError(f"it has {sorted(tensors)}, must be {sorted(like)}")
+    for name, own in like.items():
+        value = tensors[name]
+        if value.shape != own.shape or value.dtype != own.dtype:
+            raise ValueError(
+                f"{name} is {value.dtype}{value.shape}, must be {own.dtype}{own.shape}"
+            )

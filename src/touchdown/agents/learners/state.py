@@ -10,6 +10,7 @@ import optax
 from numpy.typing import NDArray
 
 from touchdown.agents.batch import Params
+from touchdown.agents.learners.learner import check_tensors
 from touchdown.agents.learners.optimizer import make_optimizer
 from touchdown.agents.networks import QNetwork
 from touchdown.config.sections import LearningConfig
@@ -23,28 +24,6 @@ class LearnerState(NamedTuple):
     target_params: Params | None
     """None if there is no target network; the online network bootstraps then."""
     opt_state: optax.OptState
-
-
-class Metrics(NamedTuple):
-    """Metrics of one update, with Q and the loss in scaled reward units.
-
-    The loss of a network with atoms is a cross entropy, in nats.
-    """
-
-    loss: jax.Array
-    mean_q: jax.Array
-    max_q: jax.Array
-    gradient_norm: jax.Array
-    """Before clipping."""
-
-    def to_floats(self, reward_scale: float) -> dict[str, float]:
-        """The metrics by name, for the records, with Q in reward units."""
-        return {
-            "loss": float(self.loss),
-            "mean_q": float(self.mean_q) / reward_scale,
-            "max_q": float(self.max_q) / reward_scale,
-            "gradient_norm": float(self.gradient_norm),
-        }
 
 
 def init_state(network: QNetwork, config: LearningConfig, seed: int) -> LearnerState:
@@ -80,53 +59,14 @@ def tensors_of(state: LearnerState) -> Tensors:
 
 
 def state_from(like: LearnerState, tensors: Mapping[str, NDArray[Any]]) -> LearnerState:
-    """The inverse of `tensors_of`, with arrays of the same kind as those of `like`.
+    """The inverse of `tensors_of`, for the structure of `like`.
 
     Raises:
         ValueError: the names, shapes or types are not those of `like`.
     """
-    named = _named_leaves(like)
-    if named.keys() != tensors.keys():
-        raise ValueError(f"it has {sorted(tensors)}, must be {sorted(named)}")
-    leaves: list[jax.Array] = []
-    for name, leaf in named.items():
-        value = tensors[name]
-        if value.shape != leaf.shape or value.dtype != leaf.dtype:
-            raise ValueError(
-                f"{name} is {value.dtype}{value.shape}, must be {leaf.dtype}{leaf.shape}"
-            )
-        # the fused kernel writes to its state in place, so its arrays are NumPy's
-        leaves.append(
-            cast(jax.Array, value.copy()) if isinstance(leaf, np.ndarray) else jnp.array(value)
-        )
+    check_tensors(tensors, tensors_of(like))
+    leaves = [jnp.array(tensors[name]) for name in _named_leaves(like)]
     return cast(LearnerState, jax.tree.unflatten(cast(Any, jax.tree.structure(like)), leaves))
-
-
-class StateOwner:
-    """The part of the `Learner` protocol that does not depend on how updates are computed.
-
-    Args:
-        state: initial state; `restore` keeps the kind of its arrays.
-    """
-
-    def __init__(self, state: LearnerState) -> None:
-        self.state = state
-
-    def copy_target(self) -> None:
-        """Θ′ ← Θ (Eq. 5)."""
-        self.state = copy_target(self.state)
-
-    def tensors(self) -> Tensors:
-        """All arrays of the state by name, for a checkpoint."""
-        return tensors_of(self.state)
-
-    def restore(self, tensors: Mapping[str, NDArray[Any]]) -> None:
-        """Restore the state that `tensors` returned.
-
-        Raises:
-            ValueError: the names, shapes or types are not those of this learner.
-        """
-        self.state = state_from(self.state, tensors)
 
 
 def _named_leaves(state: LearnerState) -> dict[str, jax.Array]:

@@ -10,10 +10,11 @@ from jaxtyping import Float, Int, PRNGKeyArray
 
 from touchdown.agents import td
 from touchdown.agents.batch import Params, TransitionBatch, unpack_transitions
+from touchdown.agents.learners.learner import Metrics
 from touchdown.agents.learners.losses import LossFunction, losses_of, make_losses
 from touchdown.agents.learners.noise import UpdateKeys, update_keys
 from touchdown.agents.learners.optimizer import make_optimizer
-from touchdown.agents.learners.state import LearnerState, Metrics, soft_update
+from touchdown.agents.learners.state import LearnerState, soft_update
 from touchdown.agents.networks import QNetwork
 from touchdown.config.sections import LearningConfig
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchdown.agents.greedy import GreedyPolicy
+from touchdown.agents.models import make_network
 from touchdown.config.sections import NetworkConfig
 from touchdown.core import finite
 from touchdown.core.types import Spaces
@@ -65,12 +66,8 @@ def policy_of(linears: Sequence[Linear], spaces: Spaces, config: NetworkConfig) 
     Raises:
         ValueError: their shapes do not fit, or a number is not finite.
     """
-    from touchdown.agents.networks import QNetwork  # noqa: PLC0415 - it loads JAX
-
     hidden_sizes = tuple(len(each.bias) for each in linears[:-1])
-    network = QNetwork(
-        spaces.observation_size, spaces.num_actions, replace(config, hidden_sizes=hidden_sizes)
-    )
+    network = make_network(replace(config, hidden_sizes=hidden_sizes), spaces)
     layers = {
         f"layers.{number}.{name}": array.astype(np.float32)
         for number, each in enumerate(linears)
