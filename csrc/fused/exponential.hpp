@@ -6,8 +6,6 @@
 namespace touchdown::fused {
 namespace TOUCHDOWN_KERNEL {
 
-typedef int IntVector __attribute__((vector_size(kWidth * 4), may_alias));
-
 // eˣ for x ≤ 0, to about one unit in the last place; below e⁻⁸⁷ it stays there. NaN stays NaN.
 //
 // x = n·ln 2 + r with a whole n and |r| ≤ ½·ln 2: eˣ = 2ⁿ·eʳ, with eʳ from its Taylor series.

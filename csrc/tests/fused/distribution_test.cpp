@@ -84,6 +84,15 @@ TEST("the quantile loss is linear in large errors") {
   CHECK_EQUAL(output(taken, 1), -0.25f);
 }
 
+TEST("a share falls from one atom to its neighbours, and NaN stays NaN") {
+  CHECK_EQUAL(share_at(broadcast(0.0f))[kLane], 1.0f);
+  CHECK_EQUAL(share_at(broadcast(-0.25f))[kLane], 0.75f);
+  CHECK_EQUAL(share_at(broadcast(0.25f))[kLane], 0.75f);
+  CHECK_EQUAL(share_at(broadcast(-2.0f))[kLane], 0.0f);
+  CHECK(std::isnan(share_at(broadcast(NAN))[kLane]));
+  CHECK(std::isnan(share_at(broadcast(-NAN))[kLane]));
+}
+
 TEST("a return between two atoms is shared between them") {
   // atoms −1, 0 and 1; the target is ½ whatever follows
   std::vector<float> taken = panel_of({5.0f, 5.0f, 5.0f}), work(6 * kPanel);
