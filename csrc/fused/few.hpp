@@ -185,7 +185,7 @@ inline void few_values(const Network& network, const float* params, const float*
                        int count, float* workspace, float* q) {
   FewWorkspace w;
   lay_out(network, workspace, &w);
-  const float* const end = params + network.num_params;
+  const float* const end = params + network.num_weights;
   const float* in = observations;
   std::ptrdiff_t in_row = network.num_observations;
   for (int i = 0; i < network.num_hidden; ++i) {

@@ -42,7 +42,7 @@ Prediction make_prediction(std::int64_t quantiles, std::int64_t atoms, double v_
 
 Network make_network(std::int64_t num_observations, std::span<const std::int64_t> hidden_sizes,
                      std::int64_t num_actions, bool layer_norm, bool dueling,
-                     const Prediction& prediction) {
+                     const Prediction& prediction, bool noisy) {
   if (hidden_sizes.size() > static_cast<std::size_t>(kMaxHidden)) {
     throw std::invalid_argument("hidden_sizes has " + std::to_string(hidden_sizes.size()) +
                                 " layers, must have at most " + std::to_string(kMaxHidden));
@@ -54,14 +54,19 @@ Network make_network(std::int64_t num_observations, std::span<const std::int64_t
   network.layer_norm = layer_norm;
   network.dueling = dueling;
   network.prediction = prediction;
-  std::ptrdiff_t offset = 0;
-  const auto linear = [&offset](int in, int out) {
+  network.noisy = noisy;
+  std::ptrdiff_t offset = 0, num_sigmas = 0;
+  const auto linear = [&](int in, int out) {
     Linear layer;
     layer.in = in;
     layer.out = out;
     layer.weight = offset;
     layer.bias = offset + static_cast<std::ptrdiff_t>(in) * out;
     offset = layer.bias + out;
+    if (noisy) {
+      num_sigmas += offset - layer.weight;
+      network.num_noise += in + out;
+    }
     return layer;
   };
   int in = network.num_observations;
@@ -81,7 +86,8 @@ Network make_network(std::int64_t num_observations, std::span<const std::int64_t
   const int outputs = checked_size(num_actions * prediction.outputs, "outputs");
   if (dueling) network.value = linear(in, prediction.outputs);
   network.advantage = linear(in, outputs);
-  network.num_params = offset;
+  network.num_weights = offset;
+  network.num_params = offset + num_sigmas;
   return network;
 }
 

@@ -45,19 +45,23 @@ struct Network {
   int num_hidden = 0;
   bool layer_norm = false;
   bool dueling = false;
+  bool noisy = false;
   Prediction prediction;
   Hidden hidden[kMaxHidden];
-  Linear value;                   // of a dueling head, Z outputs
-  Linear advantage;               // of a dueling head; without one, the head itself: A·Z outputs
-  int widest = 0;                 // the most features that any layer takes or gives
-  std::ptrdiff_t num_params = 0;  // P
+  Linear value;                    // of a dueling head, Z outputs
+  Linear advantage;                // of a dueling head; without one, the head itself: A·Z outputs
+  int widest = 0;                  // the most features that any layer takes or gives
+  std::ptrdiff_t num_weights = 0;  // that an observation passes through; offsets are among these
+  std::ptrdiff_t num_params = 0;   // P, that are learned: for noisy weights, µ and σ of each
+  std::ptrdiff_t num_noise = 0;    // random numbers in a sample of noisy weights
 };
 
 // A network whose parameters have the order of touchdown.agents.networks: a layer's weight, its
 // bias, then its normalisation's gain and shift; in a dueling head the value's before the
-// advantages'. Throws std::invalid_argument for sizes out of range.
+// advantages'. In a noisy network, the σ of a layer's weight and bias follow these two. Throws
+// std::invalid_argument for sizes out of range.
 Network make_network(std::int64_t num_observations, std::span<const std::int64_t> hidden_sizes,
                      std::int64_t num_actions, bool layer_norm, bool dueling,
-                     const Prediction& prediction = {});
+                     const Prediction& prediction = {}, bool noisy = false);
 
 }  // namespace touchdown::fused

@@ -14,6 +14,7 @@
 #include "fused/kernel.hpp"
 #include "fused/learning.hpp"
 #include "fused/network.hpp"
+#include "fused/noisy.hpp"
 #include "fused/optimizer.hpp"
 #include "fused/panels.hpp"
 #include "fused/prediction.hpp"
@@ -65,11 +66,21 @@ void values(const Network& network, const float* params, const float* observatio
 
 Metrics update(const Network& network, const Rule& rule, const Learner& learner,
                const StepSize& step, const Samples& samples, std::ptrdiff_t first, int batch_size,
-               const float* weights, float* block, float* td_error) {
+               const float* weights, const float* noise, float* block, float* td_error) {
   Workspace w;
   lay_out(network, batch_size, block, &w);
   const int panels = num_panels(batch_size), num_observations = network.num_observations;
-  const float* const bootstrap = learner.target ? learner.target : learner.online;
+  const float* online = learner.online;
+  const float* bootstrap = learner.target ? learner.target : learner.online;
+  const float* selector = learner.online;
+  if (network.noisy) {
+    sample_weights(network, online, noise, w.sampled[0]);
+    sample_weights(network, bootstrap, noise + network.num_noise, w.sampled[1]);
+    if (rule.double_q) {
+      sample_weights(network, selector, noise + 2 * network.num_noise, w.sampled[2]);
+    }
+    online = w.sampled[0], bootstrap = w.sampled[1], selector = w.sampled[2];
+  }
   const auto errors =
       network.prediction.kind == Prediction::kMean ? &td_errors : &distribution_errors;
   Totals totals;
@@ -78,15 +89,14 @@ Metrics update(const Network& network, const Rule& rule, const Learner& learner,
     const int live = batch_size - begin < kPanel ? batch_size - begin : kPanel;
     gather(samples.o_tm1, samples, first + begin, live, num_observations, w.inputs,
            w.input_samples + begin * padded(num_observations));
-    forward_storing_activations(network, learner.online, w, panel);
+    forward_storing_activations(network, online, w, panel);
     if (samples.o_t) {
       gather(samples.o_t, samples, first + begin, live, num_observations, w.scratch[0], nullptr);
       forward(network, bootstrap, w.scratch[0], w.scratch[1], w.state_value, w.outputs_t);
       action_values(network, w.outputs_t, w.q_t);
       if (rule.double_q) {
         gather(samples.o_t, samples, first + begin, live, num_observations, w.scratch[0], nullptr);
-        forward(network, learner.online, w.scratch[0], w.scratch[1], w.state_value,
-                w.outputs_selector);
+        forward(network, selector, w.scratch[0], w.scratch[1], w.state_value, w.outputs_selector);
         action_values(network, w.outputs_selector, w.q_t_selector);
       }
     }
@@ -94,13 +104,14 @@ Metrics update(const Network& network, const Rule& rule, const Learner& learner,
            weights ? weights + begin : nullptr, w,
            w.advantage_grad + static_cast<std::ptrdiff_t>(panel) * network.advantage.out * kPanel,
            td_error + begin, &totals);
-    backward(network, learner.online, w, panel);
+    backward(network, online, w, panel);
   }
   parameter_gradient(network, w, panels);
+  if (network.noisy) noisy_gradient(network, w.gradient, noise, w.learned_gradient);
 
   Metrics metrics;
-  metrics.gradient_norm = global_norm(w.gradient, network.num_params);
-  adam_step(rule, learner, step, w.gradient,
+  metrics.gradient_norm = global_norm(w.learned_gradient, network.num_params);
+  adam_step(rule, learner, step, w.learned_gradient,
             clipping_factor(metrics.gradient_norm, rule.max_grad_norm), network.num_params);
   if (rule.polyak > 0.0f) soft_update(rule.polyak, learner, network.num_params);
   metrics.loss = static_cast<float>(totals.loss / batch_size);
@@ -112,7 +123,8 @@ Metrics update(const Network& network, const Rule& rule, const Learner& learner,
 
 }  // namespace
 
-extern const NetworkKernel kKernel{&update_workspace, &values_workspace, &values, &update};
+extern const NetworkKernel kKernel{&update_workspace, &values_workspace, &values, &sample_weights,
+                                   &update};
 
 }  // namespace TOUCHDOWN_KERNEL
 }  // namespace touchdown::fused

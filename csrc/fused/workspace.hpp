@@ -32,7 +32,9 @@ struct Workspace {
   float* next;                         // [Z][kPanel], of the next action; distributions only
   float* work;                         // [2·Z][kPanel]; distributions only
   float* state_value;                  // [Z][kPanel]
-  float* gradient;                     // [P]
+  float* gradient;                     // of the weights
+  float* learned_gradient;             // [P]; if no weights are noisy, this is the same
+  float* sampled[3];                   // noisy weights of each forward pass; noisy networks only
 };
 
 // Lays a workspace out in a block of memory, or only measures it if the block is null. Returns the
@@ -82,7 +84,12 @@ inline std::size_t lay_out(const Network& network, int batch_size, float* block,
     w.work = part(2 * each * kPanel);
   }
   w.state_value = part(each * kPanel);
-  w.gradient = part(static_cast<std::size_t>(network.num_params) + kWidth);  // which spills over
+  const auto num_weights = static_cast<std::size_t>(network.num_weights);
+  w.gradient = w.learned_gradient = part(num_weights + kWidth);  // which spills over
+  if (network.noisy) {
+    w.learned_gradient = part(static_cast<std::size_t>(network.num_params));
+    for (float*& sampled : w.sampled) sampled = part(num_weights);
+  }
   if (workspace) *workspace = w;
   return used;
 }

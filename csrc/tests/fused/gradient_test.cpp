@@ -31,7 +31,7 @@ Updated update_of(const NetworkKernel& kernel, const Network& network, std::vect
   const Learner learner{online.data(), target.data(), mu.data(), nu.data()};
   const Metrics metrics =
       kernel.update(network, rule, learner, step_size(rule, 1e-3f, 1.0), batch.samples, 0, kBatch,
-                    weights.data(), workspace.data(), td_error.data());
+                    weights.data(), nullptr, workspace.data(), td_error.data());
   Doubles gradient;
   for (const float m : mu) gradient.push_back(m / (1.0 - static_cast<double>(rule.b1)));
   return {gradient, td_error, metrics};

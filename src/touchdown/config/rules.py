@@ -62,7 +62,7 @@ _ANY, _DEFAULT = object(), object()
 _FUSED: dict[str, dict[str, object]] = {
     "network": {
         **dict.fromkeys(("hidden_sizes", "dueling", "layer_norm", "noisy_sigma"), _ANY),
-        **dict.fromkeys(("quantiles", "atoms", "v_min", "v_max"), _ANY),
+        **dict.fromkeys(("quantiles", "atoms", "v_min", "v_max", "noisy"), _ANY),
         "activation": "relu",
     },
     "learning": {

@@ -25,12 +25,22 @@ class Perceptron:
         atoms: int = 0,
         v_min: float = 0.0,
         v_max: float = 0.0,
+        noisy: bool = False,
     ) -> None: ...
     @property
     def num_params(self) -> int:
         """P."""
-    def values(self, params: Floats, observations: Floats, q: Floats) -> None:
-        """Write Q(s,·) of observations [N, D] into q [N, A]."""
+    def values(
+        self,
+        params: Floats,
+        observations: Floats,
+        q: Floats,
+        noise: tuple[int, int, int] | None = None,
+    ) -> None:
+        """Write Q(s,·) of observations [N, D] into q [N, A].
+
+        The noise of a noisy network is the seed, purpose and number of a sample.
+        """
     def learn(
         self,
         online: Floats,
@@ -48,6 +58,7 @@ class Perceptron:
         reward_scale: float,
         max_grad_norm: float,
         polyak: float,
+        noise: tuple[int, int, int] | None = None,
     ) -> tuple[float, float, float, float]:
         """K updates of online [P] (and of Adam's mu, nu) in place, from packed [K, B, W].
 
