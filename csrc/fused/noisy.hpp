@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "fused/network.hpp"
+#include "simd/kernel_target.hpp"
 
 namespace touchdown::fused {
 namespace TOUCHDOWN_KERNEL {
