@@ -10,6 +10,7 @@ import os
 import platform
 import statistics
 import time
+from collections import deque
 from collections.abc import Callable
 from itertools import islice
 
@@ -18,6 +19,7 @@ import stable_baselines3
 import torch
 from stable_baselines3 import DQN
 
+from touchdown.agents.dqn import DQNAgent
 from touchdown.agents.registry import make_agent
 from touchdown.config import presets
 from touchdown.config.config import Config
@@ -25,9 +27,10 @@ from touchdown.config.sections import ExplorationConfig, LearningConfig, ReplayC
 from touchdown.core import device
 from touchdown.core.seeding import streams, training_start
 from touchdown.envs import environment
-from touchdown.envs.pool import make_pool
+from touchdown.envs.pool import ExactEnvPool, make_pool
 from touchdown.lander import engine as engines
 from touchdown.runs.provenance import cpu_name
+from touchdown.training.compiled import CompiledLoop
 from touchdown.training.loop import begin, interact
 
 EPSILON = 0.1
@@ -40,25 +43,36 @@ def same_numbers(seed: int) -> Config:
         network=presets.preset("target-dqn").network,
         replay=ReplayConfig(capacity=100_000, min_size=1_000),
         exploration=ExplorationConfig(schedule="constant", epsilon_start=EPSILON),
-        learning=LearningConfig(batch_size=64, learning_rate=5e-4, target_period=800),
+        learning=LearningConfig(
+            backend="auto", batch_size=64, learning_rate=5e-4, target_period=800
+        ),
     )
 
 
-def ours(config: Config, engine: engines.Engine) -> Callable[[int], object]:
+def ours(
+    config: Config, engine: engines.Engine, *, compiled: bool = False
+) -> Callable[[int], object]:
     """A function that trains for a given number of further steps."""
     spaces = environment.spaces_of(config.env_id, engine=engine)
-    agent = make_agent(config, spaces, streams(config.seed))
+    generators = streams(config.seed)
+    agent = make_agent(config, spaces, generators)
     pool = make_pool(config.env_id, config.training.num_envs, engine)
 
     def start_of(episode: int) -> int:
         return training_start(config.seed, episode)
 
     episodes = begin(pool, start_of, config.training.num_envs)
-    steps = interact(agent, pool, start_of, episodes)
+    if not compiled:
+        steps = interact(agent, pool, start_of, episodes)
+        return lambda count: deque(islice(steps, count), maxlen=0)
+    assert isinstance(agent, DQNAgent)  # noqa: S101 - as the config says
+    assert isinstance(pool, ExactEnvPool)  # noqa: S101
+    many_steps = CompiledLoop(agent, pool, generators, config).interact(start_of, episodes)
 
     def train(count: int) -> None:
-        for _ in islice(steps, count):
-            pass
+        last = agent.env_steps + count
+        while agent.env_steps < last:
+            next(many_steps)
 
     return train
 
@@ -98,7 +112,8 @@ def main() -> None:
     device.use("cpu")
     config = same_numbers(args.seed)
     sides = {
-        "touchdown": ours(config, "exact"),
+        "touchdown": ours(config, "exact", compiled=True),
+        "touchdown, Python's loop": ours(config, "exact"),
         "touchdown on stock": ours(config, "gymnasium"),
         "stable-baselines3": theirs(config),
     }
@@ -115,16 +130,16 @@ def main() -> None:
         f"stable-baselines3 {stable_baselines3.__version__}; seed {args.seed}, "
         f"{args.rounds} rounds of {args.steps} steps"
     )
-    print(f"{'':20}{'median steps/s':>16}{'lowest':>10}{'highest':>10}")
+    print(f"{'':26}{'median steps/s':>16}{'lowest':>10}{'highest':>10}")
     for name, values in rates.items():
         print(
-            f"{name:20}{statistics.median(values):16,.0f}{min(values):10,.0f}{max(values):10,.0f}"
+            f"{name:26}{statistics.median(values):16,.0f}{min(values):10,.0f}{max(values):10,.0f}"
         )
     *own, peer = rates
     for name in own:
         ratios = [a / b for a, b in zip(rates[name], rates[peer], strict=True)]
         print(
-            f"{name + ', ratio':28}{statistics.median(ratios):8.1f}"
+            f"{name + ', ratio':34}{statistics.median(ratios):8.1f}"
             f"{min(ratios):10.1f}{max(ratios):10.1f}"
         )
 

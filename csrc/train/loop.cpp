@@ -8,21 +8,9 @@
 
 #include "engine/lander.hpp"
 #include "fused/kernel.hpp"
+#include "train/greedy.hpp"
 
 namespace touchdown::train {
-
-namespace {
-
-// The first of the largest values. As in NumPy's argmax, a NaN counts as the largest.
-std::int64_t greedy_action(const float* q, int num_actions) {
-  int best = 0;
-  for (int a = 1; a < num_actions && !std::isnan(q[best]); ++a) {
-    if (!(q[a] <= q[best])) best = a;
-  }
-  return best;
-}
-
-}  // namespace
 
 std::optional<fused::Metrics> Loop::advance(const Parts& parts, std::int64_t max_steps,
                                             Counts& counts) {
@@ -81,22 +69,13 @@ void Loop::compute_values(const Parts& parts, Counts& counts) {
 
 std::int64_t Loop::record(const Parts& parts, Counts& counts) {
   const Environments& environments = parts.environments;
-  const Episodes& episodes = parts.episodes;
-  const std::size_t size = parts.memory.num_observations;
   std::int64_t num_ended = 0;
   for (std::size_t i = 0; i < environments.landers.size(); ++i) {
-    const float* const o_t = environments.results.observations + i * size;
-    float* const o_tm1 = episodes.observations + i * size;
-    const double reward = environments.results.rewards[i];
     const bool terminated = environments.results.terminated[i];
-    const auto action = static_cast<std::int32_t>(environments.actions[i]);
     ++environments.steps[i];
     const bool truncated = environments.steps[i] >= settings_.max_episode_steps;
     store(parts, i, truncated, counts);
-    std::copy_n(o_t, size, o_tm1);
-    episodes.actions[i * episodes.room + static_cast<std::size_t>(episodes.steps[i])] = action;
-    episodes.returns[i] += reward;
-    ++episodes.steps[i];
+    record_step(environments, parts.episodes, i);
     if (terminated || truncated) ++num_ended;
   }
   counts.env_steps += static_cast<std::int64_t>(environments.landers.size());

@@ -30,7 +30,7 @@ def test_an_action_does_not_depend_on_the_observations_beside_it(network: QNetwo
         default_rng(0).normal(size=(200, 5)).astype(np.float32) * 3
     )  # more than six full calls
     together = policy.act(observations)
-    left, right = np.asarray(network.values(policy._params, observations)).T
+    left, right = np.asarray(network.values(policy.params, observations)).T
     np.testing.assert_allclose(left, right, atol=1e-5)  # ties, but for rounding
     alone = [policy.act(observations[i : i + 1]).item() for i in range(200)]
     assert together.tolist() == alone

@@ -3,6 +3,10 @@
 import subprocess
 import sys
 
+import pytest
+
+from touchdown.agents.learners.backend import is_built
+
 _HEAVY = {"jax", "scipy.stats", "matplotlib", "optuna", "onnxruntime", "ray"}
 _REFUSED = (
     "train pilot --seed -1",
@@ -21,28 +25,47 @@ _REFUSED = (
     "study report",
 )
 _ANSWERED = ("--version", "--help", "train swift --help", "presets", "study list", "runs")
-_PROGRAM = f"""
+_FUSED = (
+    "evaluate ace --episodes 1",
+    "train swift --name x --max-env-steps 2000 --no-stop-when-solved --test-episodes 0",
+    "train pilot --name y --max-env-steps 2000 --test-episodes 0 --final-validation-episodes 2",
+)
+_PROGRAM = """
 import sys
 from touchdown.cli import app
-for words in sys.argv[1:]:
+heavy, *commands = sys.argv[1:]
+for words in commands:
     try:
         app.main(words.split())
     except SystemExit:
         pass
-    loaded = {_HEAVY!r} & set(sys.modules)
-    assert not loaded, f"touchdown {{words}} loads {{loaded}}"
+    loaded = set(heavy.split()) & set(sys.modules)
+    assert not loaded, f"touchdown {words} loads {loaded}"
 """
 
 
-def test_a_refusal_or_a_listing_loads_no_heavy_library(tmp_path):
-    (tmp_path / "runs").mkdir()
+def run(tmp_path, heavy: set[str], commands: tuple[str, ...]) -> "subprocess.CompletedProcess[str]":
+    """Run commands in one process, which fails if one of them loads a heavy library."""
     ended = subprocess.run(
-        [sys.executable, "-W", "error", "-c", _PROGRAM, *_REFUSED, *_ANSWERED],
+        [sys.executable, "-W", "error", "-c", _PROGRAM, " ".join(heavy), *commands],
         cwd=tmp_path,
         capture_output=True,
         text=True,
         check=False,
     )
     assert ended.returncode == 0, ended.stderr
+    return ended
+
+
+@pytest.mark.skipif(not is_built(), reason="the kernel was not built")
+def test_what_the_fused_kernel_computes_loads_no_jax(tmp_path):
+    ended = run(tmp_path, {"jax", "optax", "equinox"}, _FUSED)
+    assert "touchdown: " not in ended.stderr
+    assert {path.name for path in (tmp_path / "runs").iterdir()} == {"x", "y"}
+
+
+def test_a_refusal_or_a_listing_loads_no_heavy_library(tmp_path):
+    (tmp_path / "runs").mkdir()
+    ended = run(tmp_path, _HEAVY, (*_REFUSED, *_ANSWERED))
     said = [line for line in ended.stderr.splitlines() if line.startswith("touchdown: ")]
     assert len(said) == len(_REFUSED), ended.stderr

@@ -10,6 +10,7 @@ import pytest
 from numpy.random import default_rng
 
 from touchdown.agents.dqn import DQNAgent
+from touchdown.agents.learners._fused import Perceptron
 from touchdown.agents.learners.fused import FusedLearner
 from touchdown.agents.registry import make_agent
 from touchdown.config.config import Config
@@ -340,13 +341,7 @@ class Arguments:
             self.twin.pool.batch,
             *rngs,
             given,
-            hidden_sizes=(12, 8),
-            layer_norm=False,
-            dueling=False,
-            quantiles=0,
-            atoms=0,
-            v_min=0.0,
-            v_max=0.0,
+            Perceptron(8, (12, 8), 4).network,
         )
 
     def advance(self, loop: _train.Loop, max_steps: int = 1) -> object:
@@ -367,7 +362,7 @@ class Arguments:
     [
         ("pool", 0, np.zeros(3, np.int64), "actions has 3 rows, must have 2"),
         ("pool", 4, np.array([5, 0]), "environment 0 is after 5 steps, its episode after 0: must"),
-        ("episodes", 1, np.zeros(1), "returns has 1 rows, must have 2"),
+        ("episodes", 1, np.zeros(1), "returns has 1 entries, must have 2"),
         ("episodes", 3, np.zeros((2, 7), np.int32), "room for the actions of an episode = 7"),
         ("windows", 2, np.zeros((2, 2)), "r_t of a window has 2 entries, must have 1"),
         ("windows", 3, np.array([0, 1]), "the window of environment 1 holds 1 steps: must be from"),
@@ -383,6 +378,22 @@ def test_a_wrong_array_is_refused_before_anything_is_written(part, index, wrong,
     with pytest.raises(ValueError, match=complaint):
         arguments.advance(arguments.loop())
     assert bytes_of(arguments.twin) == before
+
+
+@pytest.mark.parametrize(
+    ("network", "complaint"),
+    [
+        ({"num_observations": 7}, "an observation of the network has 7 entries, must have 8"),
+        ({"num_actions": 3}, "a row of the network's values has 3 entries, must have 4"),
+        ({"noisy": True}, "a noisy network: must have no noise"),
+    ],
+)
+def test_a_network_that_the_loop_does_not_support_is_refused(network, complaint):
+    shape = {"num_observations": 8, "hidden_sizes": (), "num_actions": 4} | network
+    each = Arguments().twin
+    rngs = [rng.bit_generator for rng in each.streams]
+    with pytest.raises(ValueError, match=complaint):
+        _train.Loop(each.pool.batch, *rngs, _train.Settings(), Perceptron(**shape).network)
 
 
 def test_wrong_records_counts_and_settings_are_refused():

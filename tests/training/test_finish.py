@@ -10,6 +10,7 @@ from touchdown.agents.networks import QNetwork
 from touchdown.config.presets import preset
 from touchdown.config.sections import NetworkConfig
 from touchdown.core.errors import Interrupted
+from touchdown.core.helper import Helper
 from touchdown.envs.flight import load_flights, save_flights
 from touchdown.envs.recorder import record_flight
 from touchdown.evaluation.evaluation import median_start, write_evaluations
@@ -18,6 +19,7 @@ from touchdown.evaluation.paths import load_paths, save_paths
 from touchdown.figures import style
 from touchdown.policies.facts import WeightsFacts
 from touchdown.policies.lookup import load
+from touchdown.render.film import write_mp4
 from touchdown.runs import folder as folders
 from touchdown.runs.run import Run
 from touchdown.training import finish
@@ -81,6 +83,35 @@ def test_baselines_and_the_last_weights_are_flown_beside_the_chosen_checkpoint(r
     again = finish.fly_test(run, baselines=("pid", "random"))
     assert rollouts == [3] * 5  # the baselines were kept
     assert again == tested
+
+
+def test_a_helper_flies_the_last_starts_and_films_the_same(run, rollouts):
+    alone = finish.fly_test(run)
+    run.folder.evaluation.unlink()
+    episodes: list[None] = []
+    with closing(Helper()) as helper:
+        together = finish.fly_test(run, helper=helper, on_episode=lambda: episodes.append(None))
+        assert rollouts == [3, 1]  # two of the starts were flown elsewhere
+        assert len(episodes) == 3
+        assert together == alone
+        recorded = finish.record_flights(run, together[0])
+        ours, theirs = run.path / "ours.mp4", run.path / "theirs.mp4"
+        helper.result(
+            helper.start(
+                "touchdown.training.chores:film", flights=str(run.folder.flights), out=str(theirs)
+            )
+        )
+    write_mp4(recorded.median, ours)
+    assert theirs.read_bytes() == ours.read_bytes()
+
+
+def test_what_a_helper_fails_to_fly_is_flown_here(run, rollouts):
+    alone = finish.fly_test(run)
+    run.folder.evaluation.unlink()
+    helper = Helper()
+    helper.close()
+    assert finish.fly_test(run, helper=helper) == alone
+    assert rollouts == [3, 1, 2]
 
 
 def test_paths_that_an_earlier_version_did_not_keep_are_added(run, rollouts):

@@ -45,12 +45,14 @@ NB_MODULE(_fused, m) {
       "The instruction set in use: avx512, avx2 or baseline.");
   m.def("transition_fields", &fields_of, "observation_size"_a,
         "Offsets of a packed transition's fields, in words of 4 bytes, by name.");
+  nb::class_<Network>(m, "Network");
   nb::class_<Perceptron>(m, "Perceptron")
       .def(nb::init<std::int64_t, const std::vector<std::int64_t>&, std::int64_t, bool, bool,
                     std::int64_t, std::int64_t, double, double, bool>(),
            "num_observations"_a, "hidden_sizes"_a, "num_actions"_a, "layer_norm"_a = false,
            "dueling"_a = false, "quantiles"_a = 0, "atoms"_a = 0, "v_min"_a = 0.0, "v_max"_a = 0.0,
            "noisy"_a = false)
+      .def_prop_ro("network", &Perceptron::network, nb::rv_policy::reference_internal)
       .def_prop_ro("num_params", &Perceptron::num_params)
       .def("values", &Perceptron::values, "params"_a.noconvert(), "observations"_a.noconvert(),
            "q"_a.noconvert(), "noise"_a = nb::none())

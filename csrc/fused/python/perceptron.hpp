@@ -56,6 +56,7 @@ class Perceptron {
   Perceptron(const Perceptron&) = delete;
   Perceptron& operator=(const Perceptron&) = delete;
 
+  const Network& network() const { return network_; }
   std::ptrdiff_t num_params() const { return network_.num_params; }
 
   void values(const Vector<const float>& params, const Matrix<const float>& observations,

@@ -16,31 +16,11 @@
 #include "fused/network.hpp"
 #include "fused/transition.hpp"
 #include "train/loop.hpp"
+#include "train/python/arrays.hpp"
 
 namespace touchdown::train {
 
-namespace nb = nanobind;
-
-using engine::Array;
-using engine::Observations;
-using engine::refuse;
-using engine::Vector;
-template <typename T>
-using Matrix = Array<T, nb::shape<-1, -1>>;
 using MetricsTuple = std::tuple<float, float, float, float>;
-
-// Refuses an array whose length is not the one expected.
-inline void need(std::size_t given, std::size_t wanted, const char* name) {
-  if (given == wanted) return;
-  refuse(std::string(name) + " has " + std::to_string(given) + " entries, must have " +
-         std::to_string(wanted));
-}
-
-inline void need_least(std::int64_t given, std::int64_t least, const char* name) {
-  if (given >= least) return;
-  refuse(std::string(name) + " = " + std::to_string(given) + ": must be at least " +
-         std::to_string(least));
-}
 
 inline Settings checked(const Settings& settings) {
   need_least(settings.epsilon_duration, 1, "epsilon_duration");
@@ -68,23 +48,6 @@ inline BitGenerator generator_of(const nb::object& bit_generator) {
   return *static_cast<const BitGenerator*>(found);
 }
 
-// The arrays of a pool of environments, [N] or [N, D].
-struct PoolArrays {
-  Vector<std::int64_t> actions;
-  Observations observations;
-  Vector<double> rewards;
-  Vector<bool> terminated;
-  Vector<std::int64_t> steps;
-};
-
-// The arrays of the episodes underway, [N], [N, D] or [N, room].
-struct EpisodeArrays {
-  Observations observations;
-  Vector<double> returns;
-  Vector<std::int64_t> steps;
-  Matrix<std::int32_t> actions;
-};
-
 // The arrays of unfinished n-step returns, [N, n, D], [N, n] or [N].
 struct WindowArrays {
   Array<float, nb::shape<-1, -1, engine::kObservationSize>> o_tm1;
@@ -105,19 +68,13 @@ struct LearnerArrays {
 class PythonLoop {
  public:
   PythonLoop(engine::Batch& batch, const nb::object& exploration, const nb::object& replay,
-             const Settings& settings, const std::vector<std::int64_t>& hidden_sizes,
-             bool layer_norm, bool dueling, std::int64_t quantiles, std::int64_t atoms,
-             double v_min, double v_max)
+             const Settings& settings, const fused::Network& network)
       : batch_(batch),
         exploration_(generator_of(exploration)),
         replay_(generator_of(replay)),
-        loop_(checked(settings),
-              fused::make_network(engine::kObservationSize, hidden_sizes, engine::kNumActions,
-                                  layer_norm, dueling,
-                                  fused::make_prediction(quantiles, atoms, v_min, v_max))) {
-    if (batch.landers.front().config.continuous != 0) {
-      refuse("these landers take pairs of throttles: must take whole numbers");
-    }
+        loop_(checked(settings), of_landers(network)) {
+    if (network.noisy) refuse("a noisy network: must have no noise");
+    need_discrete(batch);
   }
   PythonLoop(const PythonLoop&) = delete;
   PythonLoop& operator=(const PythonLoop&) = delete;
@@ -129,9 +86,11 @@ class PythonLoop {
     need_idle(batch_);
     const engine::Stepping stepping(batch_);
     need_least(max_steps, 0, "max_steps");
+    set_tasks(batch_, std::nullopt);
     check(counts);
-    check(pool);
-    check(episodes, pool);
+    check_pool(batch_, pool);
+    check_episodes(batch_, episodes, pool, loop_.settings().max_episode_steps,
+                   batch_.landers.size());
     check(windows);
     check(learner);
     need_rows(batch_, q.shape(0), "q");
@@ -141,21 +100,8 @@ class PythonLoop {
       refuse("records has " + std::to_string(records.shape(0)) + " rows, must have from 1 to " +
              std::to_string(kMostRecords));
     }
-    set_tasks(batch_, std::nullopt);
-    const Parts parts{.environments = {.landers = batch_.landers,
-                                       .throttles = batch_.throttles,
-                                       .tasks = batch_.tasks,
-                                       .workspaces = batch_.workspaces,
-                                       .workers = batch_.workers,
-                                       .actions = pool.actions.data(),
-                                       .results = {pool.observations.data(), pool.rewards.data(),
-                                                   pool.terminated.data()},
-                                       .steps = pool.steps.data()},
-                      .episodes = {.observations = episodes.observations.data(),
-                                   .returns = episodes.returns.data(),
-                                   .steps = episodes.steps.data(),
-                                   .actions = episodes.actions.data(),
-                                   .room = episodes.actions.shape(1)},
+    const Parts parts{.environments = environments_of(batch_, pool),
+                      .episodes = episodes_of(episodes),
                       .windows = {.o_tm1 = windows.o_tm1.data(),
                                   .a_tm1 = windows.a_tm1.data(),
                                   .r_t = windows.r_t.data(),
@@ -185,32 +131,6 @@ class PythonLoop {
     need_least(counts.updates, 0, "updates");
     need_least(counts.adam_updates, 0, "adam_updates");
     need_least(counts.added, 0, "added");
-  }
-
-  void check(const PoolArrays& pool) const {
-    need_rows(batch_, pool.actions.shape(0), "actions");
-    need_rows(batch_, pool.observations.shape(0), "observations");
-    need_rows(batch_, pool.rewards.shape(0), "rewards");
-    need_rows(batch_, pool.terminated.shape(0), "terminated");
-    need_rows(batch_, pool.steps.shape(0), "steps");
-  }
-
-  // An episode has at most `max_episode_steps` steps, which is room enough for its actions.
-  void check(const EpisodeArrays& episodes, const PoolArrays& pool) const {
-    need_rows(batch_, episodes.observations.shape(0), "observations of the episodes");
-    need_rows(batch_, episodes.returns.shape(0), "returns");
-    need_rows(batch_, episodes.steps.shape(0), "steps of the episodes");
-    need_rows(batch_, episodes.actions.shape(0), "actions of the episodes");
-    const std::int64_t most = loop_.settings().max_episode_steps;
-    need_least(static_cast<std::int64_t>(episodes.actions.shape(1)), most,
-               "room for the actions of an episode");
-    for (std::size_t i = 0; i < batch_.landers.size(); ++i) {
-      if (episodes.steps(i) != pool.steps(i) || pool.steps(i) < 0 || pool.steps(i) >= most) {
-        refuse("environment " + std::to_string(i) + " is after " + std::to_string(pool.steps(i)) +
-               " steps, its episode after " + std::to_string(episodes.steps(i)) +
-               ": must be the same number, from 0 to " + std::to_string(most - 1));
-      }
-    }
   }
 
   void check(const WindowArrays& windows) const {

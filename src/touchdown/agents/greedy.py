@@ -33,8 +33,8 @@ class GreedyPolicy:
     """
 
     def __init__(self, network: ValueFunction, params: Any) -> None:
-        self._params = params
-        self._network = network
+        self.params = params
+        self.network = network
 
     def act(self, observations: FloatArray) -> IntArray:
         """The best action for each observation: [N, D] to [N]."""
@@ -46,7 +46,7 @@ class GreedyPolicy:
         Raises:
             UserError: a value is not finite, so there is no best action.
         """
-        values = self._network.values_of_each(self._params, observations)
+        values = self.network.values_of_each(self.params, observations)
         finite = np.isfinite(values)
         if not finite.all():
             wrong = observations[~finite.all(axis=1)][0][:8]
@@ -57,7 +57,7 @@ class GreedyPolicy:
 
     def describe(self) -> dict[str, Any]:
         """What it takes to make the network again, under its key in a file of weights."""
-        return self._network.describe()
+        return self.network.describe()
 
 
 def in_blocks(

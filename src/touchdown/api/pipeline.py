@@ -1,17 +1,19 @@
 """Completes one run, from its config or last checkpoint to its pictures."""
 
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import closing, contextmanager
 
 import numpy as np
 from rich.console import Console, RenderableType
 from rich.text import Text
 
 from touchdown.api import views
+from touchdown.config.config import Config
 from touchdown.config.presets import DESCRIPTIONS
 from touchdown.core import device, progress
 from touchdown.core.errors import Interrupted, UserError, is_out_of_memory, one_line
+from touchdown.core.helper import Helper, second_core
 from touchdown.core.types import ValuePolicy
 from touchdown.envs import environment
 from touchdown.evaluation import evaluation as evaluations
@@ -111,6 +113,7 @@ def _completed(
                 on_scalars=listeners.log,
             )
         ) as trainer,
+        _helping(config) as helper,
     ):
 
         def advance() -> None:
@@ -120,13 +123,17 @@ def _completed(
         trainer.run()
         trained = time.monotonic()
         tested = finish.fly_test(
-            run, baselines=_baselines(config.env_id), on_phase=view.phase, on_episode=advance
+            run,
+            baselines=_baselines(config.env_id),
+            helper=helper,
+            on_phase=view.phase,
+            on_episode=advance,
         )
         view.phase("drawing pictures", 4 if tested else 1)
         text = _draw_policy(run)
         notes: list[str] = []
         if tested:
-            _draw(run, tested[0], advance, notes.append)
+            _draw(run, tested[0], helper, advance, notes.append)
         finish.save_curve(run, f"{run.name} on {config.env_id}")
         view.advance()
     seconds = f"trained in {progress.clock(trained - began)}"
@@ -173,6 +180,19 @@ def _results(
         yield Text(f"  {path}", no_wrap=True, overflow="ignore")
 
 
+@contextmanager
+def _helping(config: Config) -> Generator[Helper | None]:
+    """A helper that loads what the end of a lander's run needs; None where it would be no help."""
+    lander = rules.is_lander(config.env_id) and not config.own_code
+    helper = second_core() if lander else None
+    if helper is None:
+        yield None
+        return
+    with closing(helper):
+        helper.start("touchdown.training.chores:prepare", env_id=config.env_id)
+        yield helper
+
+
 def _baselines(env_id: str) -> tuple[str, ...]:
     """The baselines of an environment."""
     return ("pid", "heuristic", "random") if rules.is_lander(env_id) else ("random",)
@@ -193,11 +213,16 @@ def _how_it_was_solved(run: Run) -> str:
 def _draw(
     run: Run,
     tested: Evaluation,
+    helper: Helper | None,
     on_picture: Callable[[], object],
     on_note: Callable[[str], object],
 ) -> None:
     """Draw the overlaid flights, and film the flight with the median test return."""
     recorded = finish.record_flights(run, tested, OVERLAID, on_note)
+    call = 0
+    if recorded is not None and helper is not None:
+        mp4 = {"flights": str(run.folder.flights), "out": str(run.path / MP4)}
+        call = helper.start("touchdown.training.chores:film", **mp4)
     if recorded is not None and recorded.beside:
         from touchdown.figures import flights as figure  # noqa: PLC0415 - it loads matplotlib
 
@@ -207,10 +232,12 @@ def _draw(
             "Flights of the agent and the PID from the same starts",
         )
     on_picture()
-    for film in (GIF, MP4):
-        if recorded is not None:
-            films.write_video(recorded.median, run.path / film, follow=False)
-        on_picture()
+    if recorded is not None:
+        films.write_video(recorded.median, run.path / GIF, follow=False)
+    on_picture()
+    if recorded is not None and not (helper and helper.has_done(call)):
+        films.write_video(recorded.median, run.path / MP4, follow=False)
+    on_picture()
 
 
 def _draw_policy(run: Run) -> str:

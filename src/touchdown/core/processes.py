@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import select
 import signal
 import sys
 import threading
@@ -92,3 +93,18 @@ def leave_stopping_to_the_parent() -> None:
         os._exit(1)
 
     threading.Thread(target=end_with_it, daemon=True).start()
+
+
+def end_with(parent: int) -> None:
+    """In a process with a pipe as standard input: end when the one that started it does.
+
+    It returns never, so it needs a thread of its own.
+
+    Args:
+        parent: number of the process that started this one.
+    """
+    poll = select.poll()
+    poll.register(0, 0)  # only whether the other end is closed
+    while os.getppid() == parent and not poll.poll(500):
+        pass
+    os._exit(1)

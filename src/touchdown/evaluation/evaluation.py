@@ -82,7 +82,7 @@ def evaluate_policy(
     *,
     evaluator: Evaluator | None = None,
     on_episode: Callable[[], object] = lambda: None,
-    observer: Observer = lambda _places, _observations: None,
+    observer: Observer | None = None,
 ) -> Evaluation:
     """Run one greedy episode of a policy from each start.
 
@@ -103,6 +103,11 @@ def evaluate_policy(
     finally:
         if evaluator is None:
             own.close()
+    return summarised(policy, episodes)
+
+
+def summarised(policy: NamedPolicy, episodes: list[EpisodeResult]) -> Evaluation:
+    """The evaluation of a policy with these episodes, at least one."""
     return Evaluation(policy.name, policy.env_id, episodes, _summary_of(policy.env_id, episodes))
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from touchdown.core.types import (
 )
 from touchdown.envs.episodes import Episode, Underway
 from touchdown.envs.outcome import outcome_of
-from touchdown.envs.pool import make_pool
+from touchdown.envs.pool import EnvPool, make_pool
 from touchdown.lander import engine as engines
 from touchdown.lander import rules
 
@@ -45,6 +45,21 @@ class EpisodeResult:
         return asdict(self)
 
 
+class Steps(Protocol):
+    """Takes many steps of a pool at once, for the policies that it can."""
+
+    def __call__(
+        self, policy: Policy, pool: EnvPool, underway: Underway, flying: IntArray
+    ) -> StepResult | None:
+        """Step the environments `flying` until an episode ends in one of them, or earlier.
+
+        Returns:
+            The last step, after which the pool and `underway` are what single steps would have left
+            behind; None, and nothing done, if the policy is for single steps.
+        """
+        ...
+
+
 class Evaluator:
     """A pool of environments for rollouts from given starts.
 
@@ -52,14 +67,20 @@ class Evaluator:
         env_id: Gymnasium id.
         num_envs: environments stepped together; results do not depend on it.
         engine: engine that simulates the lander; results are the same to the last bit.
+        steps: takes many steps at once where nobody observes them; None takes single ones.
 
     Raises:
         UserError: there is no such environment, or it cannot be made.
     """
 
     def __init__(
-        self, env_id: str, num_envs: int = NUM_ENVS, engine: engines.Engine = "gymnasium"
+        self,
+        env_id: str,
+        num_envs: int = NUM_ENVS,
+        engine: engines.Engine = "gymnasium",
+        steps: Steps | None = None,
     ) -> None:
+        self._steps = steps
         self._env_id = env_id
         self._num_envs = num_envs
         self._pool = make_pool(env_id, num_envs, engine)
@@ -73,7 +94,7 @@ class Evaluator:
         policy: Policy,
         starts: Sequence[int],
         on_episode: Callable[[], object] = lambda: None,
-        observer: Observer = lambda _places, _observations: None,
+        observer: Observer | None = None,
     ) -> list[EpisodeResult]:
         """One episode from each start, results in the order of the starts.
 
@@ -93,18 +114,17 @@ class Evaluator:
         if not first:
             return []
         underway = Underway(first)
-        observer(underway.numbers, underway.observations)
+        if observer is not None:
+            observer(underway.numbers, underway.observations)
         flying = np.arange(len(first))
         while len(flying):
-            actions = actions_of(
-                policy,
-                underway.observations[flying],
-                seeds[underway.numbers[flying]],
-                underway.steps[flying],
-            )
-            result = self._pool.step(flying, actions)
-            underway.add(flying, actions, result)
-            observer(underway.numbers[flying], result.observations)
+            result = None
+            if self._steps is not None and observer is None:
+                result = self._steps(policy, self._pool, underway, flying)
+            if result is None:
+                result = self._step(policy, seeds, underway, flying)
+            if observer is not None:
+                observer(underway.numbers[flying], result.observations)
             over = np.flatnonzero(result.ended).tolist()
             done = np.zeros(len(flying), bool)
             for row in over:
@@ -118,10 +138,25 @@ class Evaluator:
                 else:
                     observation = self._pool.reset(index, following[1])
                     underway.begin(index, following[0], observation)
-                    observer(np.array([following[0]]), observation[None])
+                    if observer is not None:
+                        observer(np.array([following[0]]), observation[None])
             if over:
                 flying = flying[~done]
         return [results[index] for index in range(len(starts))]
+
+    def _step(
+        self, policy: Policy, seeds: IntArray, underway: Underway, flying: IntArray
+    ) -> StepResult:
+        """One step of the environments `flying`."""
+        actions = actions_of(
+            policy,
+            underway.observations[flying],
+            seeds[underway.numbers[flying]],
+            underway.steps[flying],
+        )
+        result = self._pool.step(flying, actions)
+        underway.add(flying, actions, result)
+        return result
 
     def _result(self, episode: Episode, seed: int, last: StepResult, row: int) -> EpisodeResult:
         """The result of an episode that ended in row `row` of the last step."""

@@ -1,6 +1,7 @@
 """One picture of a lander's flight: backdrop, path, lander and dials."""
 
 from collections.abc import Collection
+from itertools import groupby
 from math import dist, exp
 
 import numpy as np
@@ -16,6 +17,7 @@ from touchdown.render.sprite import FLAME, lander_tile, nozzle
 
 _TRAIL = (150, 196, 255)
 _TRAIL_SECONDS = 0.8  # in which the fresh trail fades to 1/e
+_STEADY = round(255 * 0.55)  # shade of a trail that does not fade
 _GHOST_SECONDS = 0.5
 _GHOST_DISTANCE = 1.25  # metres between ghosts, so that they stay apart
 
@@ -36,6 +38,11 @@ class Scene:
         self.canvas = Canvas(scale)
         self._bodies: NDArray[np.float32] = bodies
         self._terrain: Terrain = terrain
+        self._path = [self._hull(step) for step in range(flight.steps + 1)]
+        self._pixels = [self.canvas.pixel(x, y) for x, y in self._path]
+        ages = (steps / flight.steps_per_second for steps in range(flight.steps + 1))
+        self._shades = [round(255 * (0.16 + 0.62 * exp(-age / _TRAIL_SECONDS))) for age in ages]
+        """Of a line of the trail that is so many steps old."""
         self._still = backdrop(self.canvas, terrain, flight.seed)
         dashboard.draw_title(self._still, self.canvas, flight)
         dashboard.draw_labels(self._still, self.canvas)
@@ -105,8 +112,7 @@ class Scene:
     def _draw_trail(self, picture: Image.Image, step: int, *, fading: bool = True) -> None:
         if step == 0:
             return
-        path = [self._hull(index) for index in range(step + 1)]
-        (left, bottom), (right, top) = bounds(path, 0.2)
+        (left, bottom), (right, top) = bounds(self._path[: step + 1], 0.2)
         corner = self.canvas.pixel(left, top)
         origin = int(corner[0]), int(corner[1])
         end = self.canvas.pixel(right, bottom)
@@ -115,11 +121,14 @@ class Scene:
         draw = ImageDraw.Draw(mask)
         places = [
             ((column - origin[0]) * SUPERSAMPLING, (row - origin[1]) * SUPERSAMPLING)
-            for column, row in (self.canvas.pixel(x, y) for x, y in path)
+            for column, row in self._pixels[: step + 1]
         ]
         width = round(self.canvas.pixels(1.6) * SUPERSAMPLING)
-        for index in range(step):
-            age = (step - index) / self.flight.steps_per_second
-            strength = 0.16 + 0.62 * exp(-age / _TRAIL_SECONDS) if fading else 0.55
-            draw.line((places[index], places[index + 1]), round(255 * strength), width)
+        shades = self._shades[step:0:-1] if fading else [_STEADY] * step
+        first = 0
+        # lines of one shade are drawn in one call: all but the latest few
+        for shade, lines in groupby(shades):
+            last = first + len(list(lines))
+            draw.line(places[first : last + 1], shade, width)
+            first = last
         picture.paste(_TRAIL, origin, mask.reduce(SUPERSAMPLING))

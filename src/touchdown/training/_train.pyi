@@ -1,9 +1,8 @@
-from collections.abc import Sequence
-
 import numpy as np
-from jaxtyping import Bool, Float32, Float64, Int32, Int64
+from jaxtyping import Bool, Float32, Float64, Int32, Int64, UInt8
 from numpy.random import BitGenerator
 
+from touchdown.agents.learners._fused import Network
 from touchdown.lander._engine import Batch
 
 class Settings:
@@ -106,14 +105,7 @@ class Loop:
         exploration: BitGenerator,
         replay: BitGenerator,
         settings: Settings,
-        *,
-        hidden_sizes: Sequence[int],
-        layer_norm: bool,
-        dueling: bool,
-        quantiles: int,
-        atoms: int,
-        v_min: float,
-        v_max: float,
+        network: Network,
     ) -> None: ...
     def advance(
         self,
@@ -132,6 +124,29 @@ class Loop:
         call, once the caller has reset the environment. It also stops after a step that completed a
         metrics period, and returns the loss, mean Q, greatest Q and gradient norm of its last
         update.
+        """
+
+class Rollout:
+    """Acts greedily and steps landers."""
+
+    def __init__(
+        self,
+        batch: Batch,
+        network: Network,
+        max_episode_steps: int,
+    ) -> None: ...
+    def advance(
+        self,
+        max_steps: int,
+        params: Float32[np.ndarray, " P"],
+        tasks: UInt8[np.ndarray, " N"],
+        pool: PoolArrays,
+        episodes: EpisodeArrays,
+    ) -> int:
+        """Take at most `max_steps` steps of the environments whose task is to step, in place.
+
+        It stops after a step that ended an episode, and before a step for which an action value is
+        not finite. Returns the number of steps.
         """
 
 def random(bit_generator: BitGenerator, out: Float64[np.ndarray, " N"]) -> None:

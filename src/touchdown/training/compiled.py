@@ -74,13 +74,7 @@ class CompiledLoop:
             pool.batch,
             *bit_generators,
             settings,
-            hidden_sizes=config.network.hidden_sizes,
-            layer_norm=config.network.layer_norm,
-            dueling=config.network.dueling,
-            quantiles=config.network.quantiles,
-            atoms=config.network.atoms,
-            v_min=config.network.v_min,
-            v_max=config.network.v_max,
+            agent.learner.model.perceptron.network,
         )
         self._module = _train
         self._counts = _train.Counts()

@@ -3,11 +3,13 @@
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from importlib import import_module
 
 import msgspec
 
 from touchdown.core import records
 from touchdown.core.errors import UserError
+from touchdown.core.helper import Helper, HelperError
 from touchdown.core.starts import TEST_STARTS
 from touchdown.envs import custom, recorder
 from touchdown.envs import flight as flights
@@ -15,7 +17,7 @@ from touchdown.envs.flight import Flight
 from touchdown.evaluation import evaluation as evaluations
 from touchdown.evaluation import kept
 from touchdown.evaluation.evaluation import Evaluation
-from touchdown.evaluation.evaluator import Evaluator
+from touchdown.evaluation.evaluator import EpisodeResult, Evaluator
 from touchdown.evaluation.paths import NUM_PATHS, PathRecorder, save_paths
 from touchdown.lander import rules
 from touchdown.policies import lookup
@@ -25,6 +27,8 @@ from touchdown.policies.named import NamedPolicy
 from touchdown.runs.rows import EpisodeRow, ValidationRow
 from touchdown.runs.run import CURVE, Run, evaluations_of
 
+_OWN_SHARE = 0.4
+"""Share of the test starts that this process flies beside a helper."""
 LAST = "last.json"
 """Paths of the test flights with the final weights."""
 
@@ -35,6 +39,7 @@ def fly_test(
     baselines: Sequence[str] = (),
     last: NamedPolicy | None = None,
     keep_paths: bool = False,
+    helper: Helper | None = None,
     on_phase: Callable[[str, int], object] = lambda _text, _count: None,
     on_episode: Callable[[], object] = lambda: None,
 ) -> list[Evaluation]:
@@ -45,6 +50,7 @@ def fly_test(
         baselines: names of policies to compare with the selected checkpoint.
         last: policy with the final weights, recorded in `LAST`; None skips it.
         keep_paths: whether to write `paths.safetensors`; for the lander only.
+        helper: flies a part of the selected checkpoint's starts; not with `keep_paths`.
         on_phase: called before the first flight with a description and the number of flights.
         on_episode: called after each flight; an exception from it ends the test.
 
@@ -72,11 +78,8 @@ def fly_test(
     with closing(Evaluator(env_id)) as evaluator:
         recorder = PathRecorder(starts)
         if not tested:
-            tested = [
-                evaluations.evaluate_policy(
-                    chosen, starts, evaluator=evaluator, on_episode=on_episode, observer=recorder
-                )
-            ]
+            observer = recorder if keep_paths else None
+            tested = [_fly_chosen(run, starts, evaluator, helper, on_episode, observer)]
             for each in others:
                 if isinstance(each, str):
                     policy = lookup.load(each, env_id=env_id)
@@ -101,6 +104,33 @@ def fly_test(
             )
             evaluations.write_evaluations(run.path / LAST, [flown], WeightsFacts())
     return tested
+
+
+def _fly_chosen(
+    run: Run,
+    starts: range,
+    evaluator: Evaluator,
+    helper: Helper | None,
+    on_episode: Callable[[], object],
+    observer: PathRecorder | None,
+) -> Evaluation:
+    """The evaluation of the selected checkpoint; a helper flies the last of the starts."""
+    chosen = run.policy
+    if helper is None or observer is not None:
+        return evaluations.evaluate_policy(
+            chosen, starts, evaluator=evaluator, on_episode=on_episode, observer=observer
+        )
+    count = round(_OWN_SHARE * len(starts))
+    rest = starts[count:]
+    arguments = {"path": str(run.folder.best), "env_id": run.config.env_id, "starts": [*rest]}
+    call = helper.start("touchdown.training.chores:fly", **arguments)
+    episodes = evaluator.rollout(chosen.policy, starts[:count], on_episode)
+    import_module("scipy.stats")  # the summary needs it, and it takes as long as many flights
+    try:
+        episodes += msgspec.convert(helper.result(call, on_episode), list[EpisodeResult])
+    except HelperError:
+        episodes += evaluator.rollout(chosen.policy, rest, on_episode)
+    return evaluations.summarised(chosen, episodes)
 
 
 @dataclass(frozen=True, slots=True)

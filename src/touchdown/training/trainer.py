@@ -22,7 +22,7 @@ from touchdown.lander import engine as engines
 from touchdown.lander import rules
 from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
-from touchdown.runs.loop import why_python
+from touchdown.runs.loop import is_built, why_python
 from touchdown.training import checkpoint
 from touchdown.training.compiled import CompiledLoop
 from touchdown.training.history import History
@@ -30,6 +30,7 @@ from touchdown.training.loggers import Recorder
 from touchdown.training.loop import STEPS_BETWEEN_LOOKS, AgentStep, begin, interact
 from touchdown.training.pace import Budget, Pace, TrainingStatus
 from touchdown.training.resume import replay_episodes
+from touchdown.training.rollouts import CompiledSteps
 from touchdown.training.selection import Selection
 
 # environments of the exact engine in the evaluator; they are cheap, and more are faster
@@ -48,7 +49,7 @@ class Trainer:
         on_episode: called after each episode of the final selection.
         on_scalars: called with the environment steps so far and the scalars by tag, as they are
             recorded. An exception that it raises ends training; the last checkpoint stays intact.
-        may_compile: whether to use the compiled loop if it supports the config; results are the
+        may_compile: whether to use the compiled loops if they support the config; results are the
             same without it.
 
     Raises:
@@ -76,6 +77,7 @@ class Trainer:
         self._on_phase = on_phase
         self._on_episode = on_episode
         self._on_scalars = on_scalars
+        self._may_compile = may_compile and is_built()
         self._compiled = may_compile and why_python(self._config) is None
         with ExitStack() as resources:
             resources.enter_context(folders.lock(folder))
@@ -103,7 +105,12 @@ class Trainer:
         resources.callback(self._recorder.close)
         self._history = History(folder, self._recorder, self._on_scalars)
         exact = engine == "exact" and rules.is_lander(config.env_id)
-        evaluator = Evaluator(config.env_id, _NUM_EXACT_ENVS if exact else NUM_ENVS, engine)
+        evaluator = Evaluator(
+            config.env_id,
+            _NUM_EXACT_ENVS if exact else NUM_ENVS,
+            engine,
+            CompiledSteps() if self._may_compile else None,
+        )
         resources.callback(evaluator.close)
         self._selection = Selection(
             config, folder, self._agent, evaluator, self._progress, self._history

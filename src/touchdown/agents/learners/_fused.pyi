@@ -8,6 +8,9 @@ Floats = NDArray[np.float32]
 def simd() -> str:
     """The instruction set in use: avx512, avx2 or baseline."""
 
+class Network:
+    """A Q-network's shape, for other modules in C++."""
+
 class Perceptron:
     """A Q-network's shape: ReLU after each hidden layer, flat parameters as `QNetwork` has them.
 
@@ -27,6 +30,9 @@ class Perceptron:
         v_max: float = 0.0,
         noisy: bool = False,
     ) -> None: ...
+    @property
+    def network(self) -> Network:
+        """The shape."""
     @property
     def num_params(self) -> int:
         """P."""

@@ -7,7 +7,6 @@ that fails or crashes ends only this process.
 
 import json
 import os
-import select
 import signal
 import struct
 import sys
@@ -20,7 +19,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from touchdown.core import limits
+from touchdown.core import limits, processes
 from touchdown.policies.foreign.onnx_session import Session
 
 SIZES = struct.Struct("<II")
@@ -37,7 +36,7 @@ def main() -> None:
     """Serve one model until standard input is closed: `PATH PARENT MEMORY LOAD ACT`."""
     path, parent = sys.argv[1], int(sys.argv[2])
     memory, load_seconds, act_seconds = int(sys.argv[3]), *map(float, sys.argv[4:6])
-    threading.Thread(target=_die_with, args=(parent,), daemon=True).start()
+    threading.Thread(target=processes.end_with, args=(parent,), daemon=True).start()
     try:
         with _Alarm(load_seconds):
             _limit(memory)
@@ -178,15 +177,6 @@ class _Alarm:
 
     def __exit__(self, *_: object) -> None:
         signal.setitimer(signal.ITIMER_REAL, 0)
-
-
-def _die_with(parent: int) -> None:
-    """End this process when the one that started it ends, however it ends."""
-    poll = select.poll()
-    poll.register(0, 0)  # only whether the other end is closed
-    while os.getppid() == parent and not poll.poll(500):
-        pass
-    os._exit(1)
 
 
 def _text(error: BaseException) -> str:

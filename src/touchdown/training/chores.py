@@ -1,0 +1,34 @@
+"""Work at the end of a run that a helper process can do: see `core.helper`."""
+
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+from touchdown.envs import environment, flight
+from touchdown.evaluation.evaluator import Evaluator
+from touchdown.policies import weights
+from touchdown.render import canvas
+from touchdown.render import film as films
+
+
+def prepare(*, env_id: str, tick: Callable[[], object]) -> None:
+    """Load what the other functions need, while the run is still training."""
+    del tick
+    environment.make_env(env_id).env.close()
+    canvas.font(10.0)
+
+
+def fly(
+    *, path: str, env_id: str, starts: Sequence[int], tick: Callable[[], object]
+) -> list[dict[str, Any]]:
+    """Episodes of a saved policy on stock Gymnasium, as JSON objects."""
+    policy = weights.load_weights(Path(path)).policy
+    with closing(Evaluator(env_id)) as evaluator:
+        return [episode.to_json() for episode in evaluator.rollout(policy, starts, tick)]
+
+
+def film(*, flights: str, out: str, tick: Callable[[], object]) -> None:
+    """Film the first of a file's flights, in a run's folder."""
+    del tick
+    films.write_video(flight.load_flights(Path(flights))[0], Path(out), follow=False)
