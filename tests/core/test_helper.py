@@ -8,6 +8,7 @@ from contextlib import closing
 
 import pytest
 
+from touchdown.core.errors import Interrupted
 from touchdown.core.helper import Helper, HelperError, second_core
 
 _FUNCTIONS = """
@@ -18,6 +19,16 @@ def double(*, number, tick):
     for _ in range(number):
         tick()
     return 2 * number
+
+def write(*, path, tick):
+    from pathlib import Path
+    from time import sleep
+    from touchdown.core import files
+    def slowly(temporary):
+        temporary.write_text("half")
+        tick()
+        sleep(60)
+    files.write_through(Path(path), slowly)
 
 def fail(*, tick):
     raise ValueError("no\\nway")
@@ -60,6 +71,19 @@ def test_a_helper_that_has_ended_is_an_error_only_for_who_waits(helper):
     helper.close()
     with pytest.raises(HelperError):
         helper.result(helper.start("functions:double", number=1))
+
+
+def test_a_helper_that_is_closed_leaves_nothing_half_written(helper, tmp_path):
+    def stop() -> None:
+        raise Interrupted
+
+    folder = tmp_path / "out"
+    folder.mkdir()
+    with pytest.raises(Interrupted):
+        helper.result(helper.start("functions:write", path=str(folder / "film.mp4")), stop)
+    assert len(list(folder.iterdir())) == 1
+    helper.close()
+    assert not list(folder.iterdir())
 
 
 def test_a_helper_ends_with_the_process_that_started_it():

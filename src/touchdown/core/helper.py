@@ -6,6 +6,7 @@ The two exchange lines of JSON through pipes. This module is also the program of
 import json
 import os
 import select
+import signal
 import subprocess
 import sys
 import threading
@@ -17,6 +18,8 @@ from typing import Any, cast
 
 from touchdown.core import processes, threads
 from touchdown.core.errors import one_line
+
+_PATIENCE = 2.0  # seconds that a helper has to leave what it is doing
 
 
 class HelperError(Exception):
@@ -139,8 +142,12 @@ def _end(process: "subprocess.Popen[bytes]", owner: int) -> None:
     """End a helper's process, unless it is that of the process we were forked from."""
     if os.getpid() != owner:
         return
-    process.kill()
-    process.wait()
+    process.terminate()
+    try:
+        process.wait(_PATIENCE)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
     for pipe in (process.stdin, process.stdout):
         if pipe is not None:
             pipe.close()
@@ -149,6 +156,8 @@ def _end(process: "subprocess.Popen[bytes]", owner: int) -> None:
 def _main() -> None:
     """Call functions until standard input is closed: `PARENT`."""
     parent = int(sys.argv[1])
+    # leaves every block on the way, so that nothing half written stays behind
+    signal.signal(signal.SIGTERM, lambda number, _frame: processes.interrupt(number))
     threading.Thread(target=processes.end_with, args=(parent,), daemon=True).start()
     # what a library prints must not mix with our answers
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "w")
@@ -169,4 +178,5 @@ def _main() -> None:
 
 
 if __name__ == "__main__":
-    _main()
+    with suppress(KeyboardInterrupt):
+        _main()
