@@ -46,6 +46,7 @@ class Case(NamedTuple):
     layer_norm: bool = False
     quantiles: int = 0
     atoms: int = 0
+    noisy: bool = False
 
     def __str__(self) -> str:
         """The network and what its update has besides Q-learning."""
@@ -54,12 +55,13 @@ class Case(NamedTuple):
             ("layer norm", self.layer_norm),
             (f"{self.quantiles} quantiles", self.quantiles),
             (f"{self.atoms} atoms", self.atoms),
+            ("noisy", self.noisy),
         )
         return ", ".join([str(list(self.hidden)), *(name for name, has in parts if has)])
 
     @property
     def flop(self) -> int:
-        """Operations of one update, without what is done with the network's outputs.
+        """Operations of one update, without noise and what is done with the network's outputs.
 
         Forward at o_tm1 and o_t; backward to all weights, and to all inputs but o. A multiplication
         with its addition counts as two.
@@ -78,6 +80,7 @@ CASES = (
     Case((100, 100, 100), 64),
     Case((100, 100, 100), 64, quantiles=32),
     Case((100, 100, 100), 64, atoms=51),
+    Case((100, 100, 100), 64, noisy=True),
     Case((400, 300), 128),
 )
 SETS = {"avx512": "SkylakeX", "avx2": "Haswell"}
@@ -105,6 +108,7 @@ def measure(case: Case, args: argparse.Namespace) -> list[tuple[float, float, fl
         layer_norm=case.layer_norm,
         quantiles=case.quantiles,
         atoms=case.atoms,
+        noisy=case.noisy,
     )
     config = LearningConfig(
         double=case.double,
@@ -122,7 +126,8 @@ def measure(case: Case, args: argparse.Namespace) -> list[tuple[float, float, fl
     update = make_update(network, config)
 
     def step(state: LearnerState, batch: jax.Array) -> tuple[LearnerState, None]:
-        return update(state, batch, None, measured=False).state, None
+        noise = jax.random.key(0) if case.noisy else None
+        return update(state, batch, None, measured=False, noise=noise).state, None
 
     scan = jax.jit(lambda state, packed: jax.lax.scan(step, state, packed)[0])
     start = init_state(network, config, 0)

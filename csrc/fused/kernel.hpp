@@ -22,7 +22,8 @@ struct NetworkKernel {
   void (*sample_weights)(const Network& network, const float* params, const float* noise,
                          float* sampled);
   // One update from the samples `first` to `first + batch_size`; writes their TD errors. `noise` of
-  // a noisy network is three samples, for Q(s,·), the network that bootstraps and the selection.
+  // a noisy network is a sample each for Q(s,·), for the network that bootstraps and, with double
+  // Q-learning, for the selection.
   Metrics (*update)(const Network& network, const Rule& rule, const Learner& learner,
                     const StepSize& step, const Samples& samples, std::ptrdiff_t first,
                     int batch_size, const float* weights, const float* noise, float* workspace,

@@ -46,7 +46,8 @@ Metrics run_updates(const Network& network, const Rule& rule, const Learner& lea
     if (network.noisy) {
       NoiseSource source = updates.noise;
       source.number += static_cast<std::uint32_t>(k);
-      for (std::size_t i = 0; i < 3; ++i) {
+      const std::size_t passes = rule.double_q ? 3 : 2;
+      for (std::size_t i = 0; i < passes; ++i) {
         draw_noise(network, derived(source.key(), i),
                    std::span(noise).subspan(i * num_noise, num_noise));
       }
