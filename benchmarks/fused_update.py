@@ -15,6 +15,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from typing import NamedTuple
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # NumPy reads this on import
 
@@ -34,26 +35,56 @@ from touchdown.replay.transition import transition_dtype
 from touchdown.runs.provenance import cpu_name
 
 D, A = 8, 4
-SHAPES = (
-    ((64, 64), 64, False, True),
-    ((64, 64), 128, True, False),
-    ((128, 128), 256, True, False),
-    ((100, 100, 100), 64, False, False),
-    ((400, 300), 128, False, False),
+
+
+class Case(NamedTuple):
+    """A row of the table."""
+
+    hidden: tuple[int, ...]
+    batch_size: int
+    double: bool = False
+    layer_norm: bool = False
+    quantiles: int = 0
+    atoms: int = 0
+    noisy: bool = False
+
+    def __str__(self) -> str:
+        """The network and what its update has besides Q-learning."""
+        parts = (
+            ("double", self.double),
+            ("layer norm", self.layer_norm),
+            (f"{self.quantiles} quantiles", self.quantiles),
+            (f"{self.atoms} atoms", self.atoms),
+            ("noisy", self.noisy),
+        )
+        return ", ".join([str(list(self.hidden)), *(name for name, has in parts if has)])
+
+    @property
+    def flop(self) -> int:
+        """Operations of one update, without noise and what is done with the network's outputs.
+
+        Forward at o_tm1 and o_t; backward to all weights, and to all inputs but o. A multiplication
+        with its addition counts as two.
+        """
+        outputs = A * max(1, self.quantiles, self.atoms)
+        layers = list(zip((D, *self.hidden), (*self.hidden, outputs), strict=True))
+        whole = sum(fan_in * fan_out for fan_in, fan_out in layers)
+        passes = (4 + self.double) * whole - layers[0][0] * layers[0][1]
+        return 2 * self.batch_size * passes
+
+
+CASES = (
+    Case((64, 64), 64, layer_norm=True),
+    Case((64, 64), 128, double=True),
+    Case((128, 128), 256, double=True),
+    Case((100, 100, 100), 64),
+    Case((100, 100, 100), 64, quantiles=32),
+    Case((100, 100, 100), 64, atoms=51),
+    Case((100, 100, 100), 64, noisy=True),
+    Case((400, 300), 128),
 )
 SETS = {"avx512": "SkylakeX", "avx2": "Haswell"}
 """Instruction sets, and a processor that has no wider one, as OpenBLAS calls it."""
-
-
-def flop(hidden: tuple[int, ...], batch_size: int, double: bool) -> int:
-    """Operations of one update: forward at o_tm1 and o_t; backward to all weights and inputs but o.
-
-    A multiplication with its addition counts as two operations.
-    """
-    layers = list(zip((D, *hidden), (*hidden, A), strict=True))
-    whole = sum(fan_in * fan_out for fan_in, fan_out in layers)
-    passes = (4 + double) * whole - layers[0][0] * layers[0][1]
-    return 2 * batch_size * passes
 
 
 def seconds(call: Callable[[], object]) -> float:
@@ -69,17 +100,22 @@ def product_rate(size: int = 768) -> float:
     return 2 * size**3 / min(seconds(lambda: matrix @ matrix) for _ in range(3))
 
 
-def measure(
-    hidden: tuple[int, ...],
-    batch_size: int,
-    double: bool,
-    layer_norm: bool,
-    args: argparse.Namespace,
-) -> list[tuple[float, float, float]]:
+def measure(case: Case, args: argparse.Namespace) -> list[tuple[float, float, float]]:
     """Microseconds of JAX's update, of the fused one and of the floor, for each round."""
-    shape = NetworkConfig(hidden_sizes=hidden, layer_norm=layer_norm)
+    batch_size = case.batch_size
+    shape = NetworkConfig(
+        hidden_sizes=case.hidden,
+        layer_norm=case.layer_norm,
+        quantiles=case.quantiles,
+        atoms=case.atoms,
+        noisy=case.noisy,
+    )
     config = LearningConfig(
-        double=double, loss="huber", max_grad_norm=10.0, target_period=1000, learning_rate=1e-4
+        double=case.double,
+        loss="huber",
+        max_grad_norm=10.0,
+        target_period=1000,
+        learning_rate=1e-4,
     )
     network, rng = QNetwork(D, A, shape), np.random.default_rng(0)
     records = np.zeros(args.updates * batch_size, transition_dtype(D))
@@ -90,7 +126,8 @@ def measure(
     update = make_update(network, config)
 
     def step(state: LearnerState, batch: jax.Array) -> tuple[LearnerState, None]:
-        return update(state, batch, None, measured=False).state, None
+        noise = jax.random.key(0) if case.noisy else None
+        return update(state, batch, None, measured=False, noise=noise).state, None
 
     scan = jax.jit(lambda state, packed: jax.lax.scan(step, state, packed)[0])
     start = init_state(network, config, 0)
@@ -101,12 +138,11 @@ def measure(
 
     jax.block_until_ready(scan(start, packed))
     learn()
-    work = flop(hidden, batch_size, double)
     return [
         (
             1e6 * seconds(lambda: jax.block_until_ready(scan(start, packed))) / args.updates,
             1e6 * seconds(learn) / args.updates,
-            1e6 * work / product_rate(),
+            1e6 * case.flop / product_rate(),
         )
         for _ in range(args.rounds)
     ]
@@ -117,14 +153,13 @@ def table(args: argparse.Namespace) -> None:
     print(f"{cpu_name()}, one core, {simd()}\n")
     print("| network | batch | JAX, µs | fused, µs | floor, µs | JAX / fused | fused / floor |")
     print("| --- | ---: | ---: | ---: | ---: | ---: | ---: |")
-    for hidden, batch_size, double, layer_norm in SHAPES:
-        rounds = measure(hidden, batch_size, double, layer_norm, args)
-        parts = ", double" * double + ", layer norm" * layer_norm
+    for case in CASES:
+        rounds = measure(case, args)
         numbers = " | ".join(f"{statistics.median(side):.0f}" for side in zip(*rounds, strict=True))
         gain = statistics.median(theirs / ours for theirs, ours, _ in rounds)
         above = statistics.median(ours / floor for _, ours, floor in rounds)
         print(
-            f"| {list(hidden)}{parts} | {batch_size} | {numbers} | {gain:.2f} | {above:.2f} |",
+            f"| {case} | {case.batch_size} | {numbers} | {gain:.2f} | {above:.2f} |",
             flush=True,
         )
 

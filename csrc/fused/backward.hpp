@@ -11,12 +11,14 @@
 namespace touchdown::fused {
 namespace TOUCHDOWN_KERNEL {
 
-// For one panel: from ∂L/∂Q in `advantage_grad` to the gradient of every layer's outputs.
+// For one panel: from ∂L/∂ of the head's outputs in `advantage_grad` to the gradient of every
+// layer's outputs.
 inline void backward(const Network& network, const float* params, const Workspace& w, int panel) {
   float* const advantage =
-      w.advantage_grad + static_cast<std::ptrdiff_t>(panel) * network.num_actions * kPanel;
-  float* const value = w.value_grad + panel * kPanel;
-  if (network.dueling) dueling_backward(network.num_actions, advantage, value);
+      w.advantage_grad + static_cast<std::ptrdiff_t>(panel) * network.advantage.out * kPanel;
+  float* const value =
+      w.value_grad + static_cast<std::ptrdiff_t>(panel) * network.prediction.outputs * kPanel;
+  if (network.dueling) dueling_backward(network, advantage, value);
   for (int i = network.num_hidden - 1; i >= 0; --i) {
     const Hidden& layer = network.hidden[i];
     const int features = layer.linear.out;
@@ -29,14 +31,13 @@ inline void backward(const Network& network, const float* params, const Workspac
              : w.features_grad[i + 1] + static_cast<std::ptrdiff_t>(panel) * next.out * kPanel;
     // weightᵀ·gradient of the next layer, then the derivative of ReLU
     multiply(params + next.weight, 1, next.in, next_grad, features, next.out, nullptr, grad);
+    if (last && network.dueling) {
+      multiply<Start::kSums>(params + network.value.weight, 1, features, value, features,
+                             network.value.out, nullptr, grad);
+    }
     const float* const output = w.features[i] + at;
-    for (int f = 0; f < features; ++f) {
-      const float value_weight = last && network.dueling ? params[network.value.weight + f] : 0.0f;
-      for (int half = 0; half < kPanel; half += kWidth) {
-        Vector d = load(grad + f * kPanel + half);
-        if (last && network.dueling) d += value_weight * load(value + half);
-        store(grad + f * kPanel + half, load(output + f * kPanel + half) > 0.0f ? d : Vector{});
-      }
+    for (int f = 0; f < features * kPanel; f += kWidth) {
+      store(grad + f, load(output + f) > 0.0f ? load(grad + f) : Vector{});
     }
     if (network.layer_norm) {
       layer_norm_backward(params + layer.gain, features, grad, w.normalized[i] + at,

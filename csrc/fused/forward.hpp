@@ -1,4 +1,4 @@
-// The forward pass: from observations to Q(s,·), one panel at a time.
+// The forward pass: from observations to the head's outputs, one panel at a time.
 #pragma once
 
 #include <cstddef>
@@ -30,9 +30,9 @@ inline void gather(const float* observations, const Samples& samples, std::ptrdi
   }
 }
 
-// Q(s,·) of the panel in `in`. Overwrites `in` and `out`, each [widest][kPanel].
+// The outputs of the panel in `in`. Overwrites `in` and `out`, each [widest][kPanel].
 inline void forward(const Network& network, const float* params, float* in, float* out,
-                    float* state_value, float* q) {
+                    float* state_value, float* outputs) {
   for (int i = 0; i < network.num_hidden; ++i) {
     const Hidden& layer = network.hidden[i];
     linear_forward(layer.linear, params, in, out);
@@ -43,11 +43,11 @@ inline void forward(const Network& network, const float* params, float* in, floa
     relu(out, layer.linear.out);
     std::swap(in, out);
   }
-  head_forward(network, params, in, state_value, q);
+  head_forward(network, params, in, state_value, outputs);
 }
 
-// Q(s,·) of `inputs`, those of one panel, into `q_tm1`, storing all activations that the backward
-// pass needs.
+// The outputs of `inputs`, those of one panel, into `outputs_tm1`, storing all activations that the
+// backward pass needs.
 inline void forward_storing_activations(const Network& network, const float* params,
                                         const Workspace& w, int panel) {
   const float* in = w.inputs;
@@ -65,7 +65,7 @@ inline void forward_storing_activations(const Network& network, const float* par
                w.feature_samples[i] + panel * kPanel * padded(layer.linear.out));
     in = out;
   }
-  head_forward(network, params, in, w.state_value, w.q_tm1);
+  head_forward(network, params, in, w.state_value, w.outputs_tm1);
 }
 
 }  // namespace TOUCHDOWN_KERNEL

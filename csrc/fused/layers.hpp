@@ -71,33 +71,36 @@ inline void layer_norm_backward(const float* gain, int features, const float* no
   }
 }
 
-// Q(s,a) = V(s) + A(s,a) − mean A(s,·) for a dueling head (Wang et al., 2016, Eq. 9); otherwise
-// Q(s,·) is the output of the one linear layer.
+// The head's outputs [A·Z][kPanel]: V(s) + A(s,a) − mean A(s,·) for a dueling head (Wang et al.,
+// 2016, Eq. 9), for each of an action's Z outputs; otherwise those of the one linear layer.
 inline void head_forward(const Network& network, const float* params, const float* features,
-                         float* state_value, float* q) {
-  linear_forward(network.advantage, params, features, q);
+                         float* state_value, float* outputs) {
+  linear_forward(network.advantage, params, features, outputs);
   if (!network.dueling) return;
   linear_forward(network.value, params, features, state_value);
-  for (int half = 0; half < kPanel; half += kWidth) {
+  const int size = network.prediction.outputs * kPanel;  // of one action
+  for (int i = 0; i < size; i += kWidth) {
     Vector mean{};
-    for (int a = 0; a < network.num_actions; ++a) mean += load(q + a * kPanel + half);
+    for (int a = 0; a < network.num_actions; ++a) mean += load(outputs + a * size + i);
     mean /= static_cast<float>(network.num_actions);
-    const Vector level = load(state_value + half) - mean;
+    const Vector level = load(state_value + i) - mean;
     for (int a = 0; a < network.num_actions; ++a) {
-      store(q + a * kPanel + half, load(q + a * kPanel + half) + level);
+      store(outputs + a * size + i, load(outputs + a * size + i) + level);
     }
   }
 }
 
-// For a dueling head: from ∂L/∂Q in `advantage`, ∂L/∂A in place and ∂L/∂V into `value`.
-inline void dueling_backward(int num_actions, float* advantage, float* value) {
-  for (int half = 0; half < kPanel; half += kWidth) {
+// For a dueling head: from ∂L/∂ of its outputs in `advantage`, ∂L/∂A in place and ∂L/∂V into
+// `value`.
+inline void dueling_backward(const Network& network, float* advantage, float* value) {
+  const int size = network.prediction.outputs * kPanel;  // of one action
+  for (int i = 0; i < size; i += kWidth) {
     Vector all{};
-    for (int a = 0; a < num_actions; ++a) all += load(advantage + a * kPanel + half);
-    store(value + half, all);
-    const Vector mean = all / static_cast<float>(num_actions);
-    for (int a = 0; a < num_actions; ++a) {
-      store(advantage + a * kPanel + half, load(advantage + a * kPanel + half) - mean);
+    for (int a = 0; a < network.num_actions; ++a) all += load(advantage + a * size + i);
+    store(value + i, all);
+    const Vector mean = all / static_cast<float>(network.num_actions);
+    for (int a = 0; a < network.num_actions; ++a) {
+      store(advantage + a * size + i, load(advantage + a * size + i) - mean);
     }
   }
 }

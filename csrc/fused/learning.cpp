@@ -1,6 +1,8 @@
 #include "fused/learning.hpp"
 
 #include <cmath>
+#include <span>
+#include <vector>
 
 #include "fused/kernel.hpp"
 #include "fused/transition.hpp"
@@ -36,13 +38,24 @@ std::size_t updates_workspace(const Network& network, int batch_size) {
 Metrics run_updates(const Network& network, const Rule& rule, const Learner& learner,
                     const Samples& samples, const Updates& updates, float* workspace) {
   Metrics metrics;
+  const auto num_noise = static_cast<std::size_t>(network.num_noise);
+  std::vector<float> noise(3 * num_noise);
   for (std::size_t k = 0; k < updates.count; ++k) {
     const double t = static_cast<double>(updates.num_before) + static_cast<double>(k) + 1.0;
     const auto first = static_cast<std::ptrdiff_t>(k) * updates.batch_size;
+    if (network.noisy) {
+      NoiseSource source = updates.noise;
+      source.number += static_cast<std::uint32_t>(k);
+      const std::size_t passes = rule.double_q ? 3 : 2;
+      for (std::size_t i = 0; i < passes; ++i) {
+        draw_noise(network, derived(source.key(), i),
+                   std::span(noise).subspan(i * num_noise, num_noise));
+      }
+    }
     metrics = kernel().update(network, rule, learner, step_size(rule, updates.rates[k], t), samples,
                               first, updates.batch_size,
-                              updates.weights ? updates.weights + first : nullptr, workspace,
-                              updates.td_error + first);
+                              updates.weights ? updates.weights + first : nullptr, noise.data(),
+                              workspace, updates.td_error + first);
   }
   return metrics;
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "fused/network.hpp"
+#include "fused/noise.hpp"
 
 namespace touchdown::fused {
 
@@ -68,6 +69,7 @@ struct Updates {
   int batch_size = 0;              // B
   const float* rates = nullptr;    // [K]
   const float* weights = nullptr;  // [K·B]; null: all are 1
+  NoiseSource noise;               // of the first update; noisy networks only
   float* td_error = nullptr;       // [K·B], written
 };
 

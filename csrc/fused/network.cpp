@@ -17,8 +17,32 @@ int checked_size(std::int64_t size, const char* name) {
 
 }  // namespace
 
+Prediction make_prediction(std::int64_t quantiles, std::int64_t atoms, double v_min, double v_max) {
+  if (quantiles != 0 && atoms != 0) {
+    throw std::invalid_argument("atoms = " + std::to_string(atoms) +
+                                ": must be 0 with quantiles = " + std::to_string(quantiles));
+  }
+  Prediction prediction;
+  if (quantiles != 0) {
+    prediction.kind = Prediction::kQuantiles;
+    prediction.outputs = checked_size(quantiles, "quantiles");
+  } else if (atoms != 0) {
+    prediction.kind = Prediction::kAtoms;
+    prediction.outputs = checked_size(atoms, "atoms");
+    prediction.v_min = static_cast<float>(v_min);
+    prediction.v_max = static_cast<float>(v_max);
+    if (atoms < 2) throw std::invalid_argument("atoms = 1: must be at least 2");
+    if (!(prediction.v_min < prediction.v_max)) {
+      throw std::invalid_argument("v_min = " + std::to_string(v_min) +
+                                  ": must be below v_max = " + std::to_string(v_max));
+    }
+  }
+  return prediction;
+}
+
 Network make_network(std::int64_t num_observations, std::span<const std::int64_t> hidden_sizes,
-                     std::int64_t num_actions, bool layer_norm, bool dueling) {
+                     std::int64_t num_actions, bool layer_norm, bool dueling,
+                     const Prediction& prediction, bool noisy) {
   if (hidden_sizes.size() > static_cast<std::size_t>(kMaxHidden)) {
     throw std::invalid_argument("hidden_sizes has " + std::to_string(hidden_sizes.size()) +
                                 " layers, must have at most " + std::to_string(kMaxHidden));
@@ -29,14 +53,20 @@ Network make_network(std::int64_t num_observations, std::span<const std::int64_t
   network.num_hidden = static_cast<int>(hidden_sizes.size());
   network.layer_norm = layer_norm;
   network.dueling = dueling;
-  std::ptrdiff_t offset = 0;
-  const auto linear = [&offset](int in, int out) {
+  network.prediction = prediction;
+  network.noisy = noisy;
+  std::ptrdiff_t offset = 0, num_sigmas = 0;
+  const auto linear = [&](int in, int out) {
     Linear layer;
     layer.in = in;
     layer.out = out;
     layer.weight = offset;
     layer.bias = offset + static_cast<std::ptrdiff_t>(in) * out;
     offset = layer.bias + out;
+    if (noisy) {
+      num_sigmas += offset - layer.weight;
+      network.num_noise += in + out;
+    }
     return layer;
   };
   int in = network.num_observations;
@@ -53,9 +83,11 @@ Network make_network(std::int64_t num_observations, std::span<const std::int64_t
     in = out;
     network.widest = std::max(network.widest, in);
   }
-  if (dueling) network.value = linear(in, 1);
-  network.advantage = linear(in, network.num_actions);
-  network.num_params = offset;
+  const int outputs = checked_size(num_actions * prediction.outputs, "outputs");
+  if (dueling) network.value = linear(in, prediction.outputs);
+  network.advantage = linear(in, outputs);
+  network.num_weights = offset;
+  network.num_params = offset + num_sigmas;
   return network;
 }
 

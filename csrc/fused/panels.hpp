@@ -19,14 +19,27 @@ constexpr int kTileRows = kWidth == 16 ? 12 : kWidth == 8 ? 6 : 4;
 
 inline int num_panels(int batch_size) { return (batch_size + kPanel - 1) / kPanel; }
 
+// Where the sums of a product start.
+enum class Start {
+  kRows,  // at a number for each row; no numbers are zero
+  kSums,  // at what `out` has
+};
+
 // kRows rows of out = start + A·B for one panel, where A(m, k) = a[m·row + k·column] and B is
 // [K][kPanel]. Every element is one chain of fused multiply-adds over k, in whatever tile it is, so
 // that a value does not depend on what is computed beside it.
-template <int kRows>
+template <int kRows, Start kStart>
 inline void multiply_rows(const float* a, std::ptrdiff_t row, std::ptrdiff_t column, const float* b,
                           int depth, const float* start, float* out) {
   Vector left[kRows], right[kRows];
-  for (int m = 0; m < kRows; ++m) left[m] = right[m] = broadcast(start ? start[m] : 0.0f);
+  for (int m = 0; m < kRows; ++m) {
+    if constexpr (kStart == Start::kRows) {
+      left[m] = right[m] = broadcast(start ? start[m] : 0.0f);
+    } else {
+      left[m] = load(out + m * kPanel);
+      right[m] = load(out + m * kPanel + kWidth);
+    }
+  }
   for (int k = 0; k < depth; ++k) {
     const Vector b_left = load(b + k * kPanel), b_right = load(b + k * kPanel + kWidth);
     for (int m = 0; m < kRows; ++m) {
@@ -61,12 +74,13 @@ inline void for_each_tile(int rows, const Tile& tile) {
   }
 }
 
-// out = start + A·B for one panel, [rows][kPanel]; no `start` is zero.
+// out = start + A·B for one panel, [rows][kPanel].
+template <Start kStart = Start::kRows>
 inline void multiply(const float* a, std::ptrdiff_t row, std::ptrdiff_t column, const float* b,
                      int rows, int depth, const float* start, float* out) {
   for_each_tile<kTileRows>(rows, [&]<int kRows>(int m, std::integral_constant<int, kRows>) {
-    multiply_rows<kRows>(a + m * row, row, column, b, depth, start ? start + m : nullptr,
-                         out + m * kPanel);
+    multiply_rows<kRows, kStart>(a + m * row, row, column, b, depth, start ? start + m : nullptr,
+                                 out + m * kPanel);
   });
 }
 

@@ -18,6 +18,16 @@ struct Totals {
   double loss = 0.0;
   double q = 0.0;
   float max_q = -std::numeric_limits<float>::infinity();
+
+  // Adds the weighted loss of a sample, and its column of Q(s,·).
+  void add(float weighted_loss, int num_actions, const float* column) {
+    loss += weighted_loss;
+    for (int a = 0; a < num_actions; ++a) {
+      const float value = column[a * kPanel];
+      q += value;
+      if (!(value <= max_q)) max_q = value;  // NaN becomes the maximum
+    }
+  }
 };
 
 struct Loss {
@@ -64,12 +74,7 @@ inline void td_errors(const Network& network, const Rule& rule, const Samples& s
     const float weight = weights ? weights[c] : 1.0f;
     const Loss loss = loss_of(error, rule.huber);
     advantage_grad[taken * kPanel + c] = weight * loss.slope / static_cast<float>(batch_size);
-    totals->loss += weight * loss.value;
-    for (int a = 0; a < num_actions; ++a) {
-      const float q = w.q_tm1[a * kPanel + c];
-      totals->q += q;
-      if (!(q <= totals->max_q)) totals->max_q = q;  // NaN becomes the maximum
-    }
+    totals->add(weight * loss.value, num_actions, w.q_tm1 + c);
   }
 }
 

@@ -16,6 +16,7 @@ namespace TOUCHDOWN_KERNEL {
 constexpr int kWidth = TOUCHDOWN_WIDTH;  // floats in a vector
 
 typedef float Vector __attribute__((vector_size(kWidth * 4), may_alias));
+typedef int IntVector __attribute__((vector_size(kWidth * 4), may_alias));
 
 inline Vector load(const float* from) {
   Vector vector;

@@ -19,14 +19,22 @@ struct Workspace {
   float* inverse_sigma[kMaxHidden];    // [panels][kPanel]; with layer norm only
   float* features_grad[kMaxHidden];    // ∂L/∂ of the linear layer's output
   float* norm_grad[kMaxHidden];        // ∂L/∂ of the normalisation's output; with layer norm only
-  float* value_grad;                   // [panels][1][kPanel]; dueling heads only
-  float* advantage_grad;               // [panels][A][kPanel]
+  float* value_grad;                   // [panels][Z][kPanel]; dueling heads only
+  float* advantage_grad;               // [panels][A·Z][kPanel]
   float* scratch[2];                   // [widest][kPanel]: a layer's input and output
   float* q_tm1;                        // [A][kPanel]
   float* q_t;                          // [A][kPanel], of the network that bootstraps
   float* q_t_selector;                 // [A][kPanel], of the online network (double Q-learning)
-  float* state_value;                  // [1][kPanel]
-  float* gradient;                     // [P]
+  float* outputs_tm1;                  // [A·Z][kPanel]; if means are predicted, these are q_tm1
+  float* outputs_t;                    // the same, of q_t
+  float* outputs_selector;             // the same, of q_t_selector
+  float* taken;                        // [Z][kPanel], of the action taken; distributions only
+  float* next;                         // [Z][kPanel], of the next action; distributions only
+  float* work;                         // [2·Z][kPanel]; distributions only
+  float* state_value;                  // [Z][kPanel]
+  float* gradient;                     // of the weights
+  float* learned_gradient;             // [P]; if no weights are noisy, this is the same
+  float* sampled[3];                   // noisy weights of each forward pass; noisy networks only
 };
 
 // Lays a workspace out in a block of memory, or only measures it if the block is null. Returns the
@@ -41,6 +49,8 @@ inline std::size_t lay_out(const Network& network, int batch_size, float* block,
   };
   const std::size_t samples = static_cast<std::size_t>(num_panels(batch_size)) * kPanel;
   const auto num_actions = static_cast<std::size_t>(network.num_actions);
+  const auto num_outputs = static_cast<std::size_t>(network.advantage.out);
+  const auto each = static_cast<std::size_t>(network.prediction.outputs);
   const auto widest = static_cast<std::size_t>(network.widest);
   Workspace w{};
   w.inputs = part(static_cast<std::size_t>(network.num_observations) * kPanel);
@@ -56,14 +66,30 @@ inline std::size_t lay_out(const Network& network, int batch_size, float* block,
     w.inverse_sigma[i] = part(samples);
     w.norm_grad[i] = part(samples * out);
   }
-  w.value_grad = part(samples);
-  w.advantage_grad = part(samples * num_actions);
+  w.value_grad = part(samples * each);
+  w.advantage_grad = part(samples * num_outputs);
   for (float*& scratch : w.scratch) scratch = part(widest * kPanel);
   w.q_tm1 = part(num_actions * kPanel);
   w.q_t = part(num_actions * kPanel);
   w.q_t_selector = part(num_actions * kPanel);
-  w.state_value = part(kPanel);
-  w.gradient = part(static_cast<std::size_t>(network.num_params) + kWidth);  // which spills over
+  w.outputs_tm1 = w.q_tm1;
+  w.outputs_t = w.q_t;
+  w.outputs_selector = w.q_t_selector;
+  if (network.prediction.kind != Prediction::kMean) {
+    w.outputs_tm1 = part(num_outputs * kPanel);
+    w.outputs_t = part(num_outputs * kPanel);
+    w.outputs_selector = part(num_outputs * kPanel);
+    w.taken = part(each * kPanel);
+    w.next = part(each * kPanel);
+    w.work = part(2 * each * kPanel);
+  }
+  w.state_value = part(each * kPanel);
+  const auto num_weights = static_cast<std::size_t>(network.num_weights);
+  w.gradient = w.learned_gradient = part(num_weights + kWidth);  // which spills over
+  if (network.noisy) {
+    w.learned_gradient = part(static_cast<std::size_t>(network.num_params));
+    for (float*& sampled : w.sampled) sampled = part(num_weights);
+  }
   if (workspace) *workspace = w;
   return used;
 }

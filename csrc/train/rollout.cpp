@@ -12,6 +12,11 @@ namespace touchdown::train {
 std::int64_t Rollout::advance(const Environments& environments, const Episodes& episodes,
                               std::span<const std::int64_t> flying, const float* params,
                               std::int64_t max_steps) {
+  if (network_.noisy) {
+    weights_.resize(static_cast<std::size_t>(network_.num_weights));
+    fused::kernel().sample_weights(network_, params, nullptr, weights_.data());
+    params = weights_.data();
+  }
   for (std::int64_t step = 0; step < max_steps; ++step) {
     if (!act(environments, episodes, flying, params)) return step;
     engine::step(environments.landers, environments.throttles, environments.tasks,

@@ -40,6 +40,7 @@ class Rollout {
   std::int64_t max_episode_steps_;
   std::vector<float> observations_;  // of those that fly, one after the other
   std::vector<float> q_;
+  std::vector<float> weights_;  // the means of noisy ones
   fused::Block block_;
 };
 

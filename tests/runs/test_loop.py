@@ -37,6 +37,7 @@ def test_dqn_with_fused_updates_on_the_exact_engine_is_compiled():
         (with_("learning", backend="auto", optimizer="sgd"), "backend = 'jax'"),
         (replace(FUSED, env_id="CartPole-v1"), "env_id = 'CartPole-v1'"),
         (with_("learning", target="sarsa"), "target = 'sarsa'"),
+        (with_("network", noisy=True), "noisy = True"),
     ],
 )
 def test_what_the_compiled_loop_does_not_support_is_the_reason(config, reason):

@@ -10,6 +10,7 @@ import pytest
 from numpy.random import default_rng
 
 from touchdown.agents.dqn import DQNAgent
+from touchdown.agents.learners._fused import Perceptron
 from touchdown.agents.learners.fused import FusedLearner
 from touchdown.agents.registry import make_agent
 from touchdown.config.config import Config
@@ -80,6 +81,21 @@ SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
         "replay": {"prioritized": True, "capacity": 77, "resaves": 2, "alpha": 1.0},
         "learning": {"update_period": 4, "gradient_steps": 3},
         "training": {"num_envs": 3},
+    },
+    "quantiles": {
+        "network": {"quantiles": 5},
+        "learning": {"loss": "huber", "double": True, "target_period": 30},
+    },
+    "quantiles of three": {
+        "network": {"quantiles": 8, "dueling": True},
+        "learning": {"loss": "huber", "target_period": 30},
+        "training": {"num_envs": 3},
+    },
+    "atoms": {"network": {"atoms": 7}, "learning": {"n_step": 3, "target_period": 30}},
+    "atoms of forty": {
+        "network": {"atoms": 5, "v_min": -3.0, "v_max": 3.0},
+        "learning": {"update_period": 16},
+        "training": {"num_envs": 40},
     },
     "dueling, layer norm": {"network": {"dueling": True, "layer_norm": True}},
 }
@@ -332,9 +348,7 @@ class Arguments:
             self.twin.pool.batch,
             *rngs,
             given,
-            hidden_sizes=(12, 8),
-            layer_norm=False,
-            dueling=False,
+            Perceptron(8, (12, 8), 4).network,
         )
 
     def advance(self, loop: _train.Loop, max_steps: int = 1) -> object:
@@ -372,6 +386,22 @@ def test_a_wrong_array_is_refused_before_anything_is_written(part, index, wrong,
     with pytest.raises(ValueError, match=complaint):
         arguments.advance(arguments.loop())
     assert bytes_of(arguments.twin) == before
+
+
+@pytest.mark.parametrize(
+    ("network", "complaint"),
+    [
+        ({"num_observations": 7}, "an observation of the network has 7 entries, must have 8"),
+        ({"num_actions": 3}, "a row of the network's values has 3 entries, must have 4"),
+        ({"noisy": True}, "a noisy network: must have no noise"),
+    ],
+)
+def test_a_network_that_the_loop_does_not_support_is_refused(network, complaint):
+    shape = {"num_observations": 8, "hidden_sizes": (), "num_actions": 4} | network
+    each = Arguments().twin
+    rngs = [rng.bit_generator for rng in each.streams]
+    with pytest.raises(ValueError, match=complaint):
+        _train.Loop(each.pool.batch, *rngs, _train.Settings(), Perceptron(**shape).network)
 
 
 def test_wrong_records_counts_and_settings_are_refused():

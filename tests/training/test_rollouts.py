@@ -15,11 +15,15 @@ from touchdown.policies import lookup
 from touchdown.training.rollouts import CompiledSteps
 
 _train = pytest.importorskip("touchdown.training._train")
+Perceptron = pytest.importorskip("touchdown.agents.learners._fused").Perceptron
 
 LANDER = "LunarLander-v3"
 NETWORKS = {
     "plain": NetworkConfig(hidden_sizes=(33, 17)),
     "normalised and dueling": NetworkConfig(hidden_sizes=(16,), layer_norm=True, dueling=True),
+    "quantiles": NetworkConfig(hidden_sizes=(9,), quantiles=5),
+    "atoms": NetworkConfig(hidden_sizes=(9,), atoms=11),
+    "noisy": NetworkConfig(hidden_sizes=(9,), noisy=True, layer_norm=True),
 }
 
 
@@ -92,8 +96,7 @@ class Arguments:
         self.batch = pool.batch
 
     def advance(self) -> int:
-        shape = {"hidden_sizes": (), "layer_norm": False, "dueling": False}
-        rollout = _train.Rollout(self.batch, **shape, max_episode_steps=1_000)
+        rollout = _train.Rollout(self.batch, Perceptron(8, (), 4).network, 1_000)
         pool, episodes = _train.PoolArrays(*self.pool), _train.EpisodeArrays(*self.episodes)
         return rollout.advance(self.max_steps, self.params, self.tasks, pool, episodes)
 

@@ -45,17 +45,22 @@ NB_MODULE(_fused, m) {
       "The instruction set in use: avx512, avx2 or baseline.");
   m.def("transition_fields", &fields_of, "observation_size"_a,
         "Offsets of a packed transition's fields, in words of 4 bytes, by name.");
+  nb::class_<Network>(m, "Network");
   nb::class_<Perceptron>(m, "Perceptron")
-      .def(nb::init<std::int64_t, const std::vector<std::int64_t>&, std::int64_t, bool, bool>(),
+      .def(nb::init<std::int64_t, const std::vector<std::int64_t>&, std::int64_t, bool, bool,
+                    std::int64_t, std::int64_t, double, double, bool>(),
            "num_observations"_a, "hidden_sizes"_a, "num_actions"_a, "layer_norm"_a = false,
-           "dueling"_a = false)
+           "dueling"_a = false, "quantiles"_a = 0, "atoms"_a = 0, "v_min"_a = 0.0, "v_max"_a = 0.0,
+           "noisy"_a = false)
+      .def_prop_ro("network", &Perceptron::network, nb::rv_policy::reference_internal)
       .def_prop_ro("num_params", &Perceptron::num_params)
       .def("values", &Perceptron::values, "params"_a.noconvert(), "observations"_a.noconvert(),
-           "q"_a.noconvert())
+           "q"_a.noconvert(), "noise"_a = nb::none())
       .def("learn", &Perceptron::learn, "online"_a.noconvert(), "target"_a.noconvert().none(),
            "mu"_a.noconvert(), "nu"_a.noconvert(), "num_updates"_a, "rates"_a.noconvert(),
            "packed"_a.noconvert(), "weights"_a.noconvert().none(), "td_error"_a.noconvert(),
-           "huber"_a, "double_q"_a, "sarsa"_a, "reward_scale"_a, "max_grad_norm"_a, "polyak"_a)
+           "huber"_a, "double_q"_a, "sarsa"_a, "reward_scale"_a, "max_grad_norm"_a, "polyak"_a,
+           "noise"_a = nb::none())
       .def("fit", &Perceptron::fit, "online"_a.noconvert(), "mu"_a.noconvert(), "nu"_a.noconvert(),
            "num_updates"_a, "rates"_a.noconvert(), "o_tm1"_a.noconvert(), "a_tm1"_a.noconvert(),
            "targets"_a.noconvert(), "order"_a.noconvert(), "td_error"_a.noconvert(), "huber"_a,

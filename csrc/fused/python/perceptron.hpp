@@ -30,6 +30,7 @@ using Vector = Array<T, nb::shape<-1>>;
 template <typename T>
 using Matrix = Array<T, nb::shape<-1, -1>>;
 using Batches = Array<const float, nb::shape<-1, -1, -1>>;
+using NoiseTuple = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>;
 using MetricsTuple = std::tuple<float, float, float, float>;
 
 [[noreturn]] inline void refuse(const std::string& complaint) {
@@ -48,15 +49,19 @@ inline void need(std::size_t given, std::size_t wanted, const char* name) {
 class Perceptron {
  public:
   Perceptron(std::int64_t num_observations, const std::vector<std::int64_t>& hidden_sizes,
-             std::int64_t num_actions, bool layer_norm, bool dueling)
-      : network_(make_network(num_observations, hidden_sizes, num_actions, layer_norm, dueling)) {}
+             std::int64_t num_actions, bool layer_norm, bool dueling, std::int64_t quantiles,
+             std::int64_t atoms, double v_min, double v_max, bool noisy)
+      : network_(make_network(num_observations, hidden_sizes, num_actions, layer_norm, dueling,
+                              make_prediction(quantiles, atoms, v_min, v_max), noisy)) {}
   Perceptron(const Perceptron&) = delete;
   Perceptron& operator=(const Perceptron&) = delete;
 
+  const Network& network() const { return network_; }
   std::ptrdiff_t num_params() const { return network_.num_params; }
 
   void values(const Vector<const float>& params, const Matrix<const float>& observations,
-              const Matrix<float>& q) const {
+              const Matrix<float>& q, const std::optional<NoiseTuple>& noise) const {
+    need_noise_only_if_noisy(noise);
     need(params.shape(0), static_cast<std::size_t>(network_.num_params), "params");
     need(observations.shape(1), static_cast<std::size_t>(network_.num_observations),
          "a row of observations");
@@ -67,9 +72,17 @@ class Perceptron {
     const float* const at = params.data();
     float* const to = q.data();
     const nb::gil_scoped_release unlocked;
-    Block block;  // not block_: a network may act while it learns
-    kernel().values(network_, at, from, count, block.of_size(kernel().values_workspace(network_)),
-                    to);
+    Block block, sampled;  // not block_: a network may act while it learns
+    const float* weights = at;
+    if (network_.noisy) {
+      std::vector<float> drawn(static_cast<std::size_t>(network_.num_noise));
+      if (noise) draw_noise(network_, source_of(*noise).key(), drawn);
+      float* const made = sampled.of_size(static_cast<std::size_t>(network_.num_weights));
+      kernel().sample_weights(network_, at, noise ? drawn.data() : nullptr, made);
+      weights = made;
+    }
+    kernel().values(network_, weights, from, count,
+                    block.of_size(kernel().values_workspace(network_)), to);
   }
 
   MetricsTuple learn(const Vector<float>& online, const std::optional<Vector<float>>& target,
@@ -77,7 +90,10 @@ class Perceptron {
                      const Vector<const float>& rates, const Batches& packed,
                      const std::optional<Matrix<const float>>& weights,
                      const Matrix<float>& td_error, bool huber, bool double_q, bool sarsa,
-                     float reward_scale, float max_grad_norm, float polyak) {
+                     float reward_scale, float max_grad_norm, float polyak,
+                     const std::optional<NoiseTuple>& noise) {
+    need_noise_only_if_noisy(noise);
+    if (network_.noisy && !noise) refuse("noise = None: must be given for a noisy network");
     const auto fields = transition_fields(static_cast<std::size_t>(network_.num_observations));
     need(packed.shape(2), fields.size, "a transition");
     const Samples samples = packed_samples(packed.data(), network_.num_observations);
@@ -95,7 +111,7 @@ class Perceptron {
       if (sarsa) need_action(samples.a_t[i * samples.stride]);
     }
     return run(online, target, mu, nu, num_updates, rates, count, batch_size, weights, td_error,
-               samples, rule);
+               samples, rule, noise ? source_of(*noise) : NoiseSource());
   }
 
   MetricsTuple fit(const Vector<float>& online, const Vector<float>& mu, const Vector<float>& nu,
@@ -103,6 +119,10 @@ class Perceptron {
                    const Matrix<const float>& o_tm1, const Vector<const std::int32_t>& a_tm1,
                    const Vector<const float>& targets, const Matrix<const std::int64_t>& order,
                    const Matrix<float>& td_error, bool huber, float max_grad_norm) {
+    if (network_.prediction.kind != Prediction::kMean) {
+      refuse("a network that predicts quantiles or atoms: must predict values");
+    }
+    if (network_.noisy) refuse("a noisy network: must have no noise");
     need(o_tm1.shape(1), static_cast<std::size_t>(network_.num_observations), "a row of o_tm1");
     need(a_tm1.shape(0), o_tm1.shape(0), "a_tm1");
     need(targets.shape(0), o_tm1.shape(0), "targets");
@@ -125,10 +145,19 @@ class Perceptron {
     rule.huber = huber;
     rule.max_grad_norm = max_grad_norm;
     return run(online, std::nullopt, mu, nu, num_updates, rates, order.shape(0), order.shape(1),
-               std::nullopt, td_error, samples, rule);
+               std::nullopt, td_error, samples, rule, NoiseSource());
   }
 
  private:
+  static NoiseSource source_of(const NoiseTuple& noise) {
+    const auto [seed, purpose, number] = noise;
+    return {.seed = seed, .purpose = purpose, .number = number};
+  }
+
+  void need_noise_only_if_noisy(const std::optional<NoiseTuple>& noise) const {
+    if (noise && !network_.noisy) refuse("noise: must be None for a network that is not noisy");
+  }
+
   void need_action(std::int32_t action) const {
     if (action < 0 || action >= network_.num_actions) {
       refuse("action " + std::to_string(action) + ": must be from 0 to " +
@@ -140,7 +169,7 @@ class Perceptron {
                    const Vector<float>& mu, const Vector<float>& nu, std::int64_t num_updates,
                    const Vector<const float>& rates, std::size_t count, std::size_t batch_size,
                    const std::optional<Matrix<const float>>& weights, const Matrix<float>& td_error,
-                   const Samples& samples, const Rule& rule) {
+                   const Samples& samples, const Rule& rule, const NoiseSource& noise) {
     const auto size = static_cast<std::size_t>(network_.num_params);
     need(online.shape(0), size, "online");
     if (target) need(target->shape(0), size, "target");
@@ -169,6 +198,7 @@ class Perceptron {
                           .batch_size = static_cast<int>(batch_size),
                           .rates = rates.data(),
                           .weights = weights ? weights->data() : nullptr,
+                          .noise = noise,
                           .td_error = td_error.data()};
     const nb::gil_scoped_release unlocked;
     float* const workspace = block_.of_size(updates_workspace(network_, updates.batch_size));

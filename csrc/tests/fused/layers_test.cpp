@@ -93,11 +93,33 @@ TEST("a dueling head adds the value and subtracts the mean advantage") {
 }
 
 TEST("a dueling head's gradient goes whole to the value and without its mean to the advantages") {
+  const Network network = make_network(1, {}, 2, false, true);
   std::vector<float> advantage = panel_of({4.0f, 0.0f}), value(kPanel);
-  dueling_backward(2, advantage.data(), value.data());
+  dueling_backward(network, advantage.data(), value.data());
   CHECK_EQUAL(column(value, 0), 4.0f);
   CHECK_EQUAL(column(advantage, 0), 2.0f);
   CHECK_EQUAL(column(advantage, 1), -2.0f);
+}
+
+TEST("a dueling head with several outputs per action adds each to its own value") {
+  // V = (10, 20) and A(0) = (0, 1), A(1) = (4, 5), whatever s is
+  const Network network = make_network(1, {}, 2, false, true, make_prediction(2, 0, 0.0, 0.0));
+  const std::vector<float> params{0, 0, 10, 20, 0, 0, 0, 0, 0, 1, 4, 5};
+  const std::vector<float> features = panel_of({1.0f});
+  std::vector<float> state_value(2 * kPanel), outputs(4 * kPanel);
+  head_forward(network, params.data(), features.data(), state_value.data(), outputs.data());
+  CHECK_EQUAL(column(outputs, 0), 8.0f);  // 10 + 0 − 2
+  CHECK_EQUAL(column(outputs, 1), 18.0f);
+  CHECK_EQUAL(column(outputs, 2), 12.0f);
+  CHECK_EQUAL(column(outputs, 3), 22.0f);
+}
+
+TEST("a product can go on from sums that are there") {
+  const std::vector<float> a{2.0f, 3.0f};
+  const std::vector<float> b = panel_of({10.0f, 100.0f});
+  std::vector<float> out = panel_of({1.0f});
+  multiply<Start::kSums>(a.data(), 2, 1, b.data(), 1, 2, nullptr, out.data());
+  CHECK_EQUAL(column(out, 0), 321.0f);  // 1 + 2·10 + 3·100
 }
 
 // A panel's element, which is different for each panel, feature and sample.

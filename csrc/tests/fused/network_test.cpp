@@ -36,6 +36,23 @@ TEST("a layer's gain and shift follow its bias, and a dueling head's value comes
   CHECK_EQUAL(network.num_params, 39);
 }
 
+TEST("a prediction of a distribution gives each action several outputs, and the value as well") {
+  const Network network = make_network(3, std::vector<std::int64_t>{4}, 2, false, true,
+                                       make_prediction(5, 0, 0.0, 0.0));
+  CHECK_EQUAL(network.value.out, 5);
+  CHECK_EQUAL(network.advantage.out, 10);
+  CHECK_EQUAL(network.num_params, 16 + 25 + 50);
+}
+
+TEST("predictions that make no sense are refused") {
+  CHECK_THROWS(std::invalid_argument, make_prediction(8, 8, 0.0, 1.0));
+  CHECK_THROWS(std::invalid_argument, make_prediction(-1, 0, 0.0, 1.0));
+  CHECK_THROWS(std::invalid_argument, make_prediction(0, 1, 0.0, 1.0));
+  CHECK_THROWS(std::invalid_argument, make_prediction(0, 8, 1.0, 1.0));
+  CHECK_THROWS(std::invalid_argument,
+               make_network(3, {}, kMaxSize / 2, false, false, make_prediction(3, 0, 0.0, 0.0)));
+}
+
 TEST("the widest layer counts inputs and outputs too") {
   CHECK_EQUAL(of({}, false, false).widest, 3);
   CHECK_EQUAL(of({2, 9, 4}, false, false).widest, 9);

@@ -35,8 +35,8 @@ inline double mean_of(const Doubles& numbers) {
   return sum / static_cast<double>(numbers.size());
 }
 
-// Q(s,·) of one observation.
-inline Doubles slow_values(const Network& network, const Doubles& params, Doubles x) {
+// The outputs of one observation, [A·Z].
+inline Doubles slow_outputs(const Network& network, const Doubles& params, Doubles x) {
   for (int i = 0; i < network.num_hidden; ++i) {
     const Hidden& layer = network.hidden[i];
     x = slow_linear(layer.linear, params, x);
@@ -52,10 +52,56 @@ inline Doubles slow_values(const Network& network, const Doubles& params, Double
     }
     for (double& each : x) each = std::max(each, 0.0);
   }
-  Doubles q = slow_linear(network.advantage, params, x);
+  Doubles outputs = slow_linear(network.advantage, params, x);
   if (network.dueling) {
-    const double value = slow_linear(network.value, params, x)[0], mean = mean_of(q);
-    for (double& each : q) each += value - mean;
+    const Doubles value = slow_linear(network.value, params, x);
+    for (std::size_t z = 0; z < value.size(); ++z) {
+      Doubles of_each;
+      for (std::size_t i = z; i < outputs.size(); i += value.size()) of_each.push_back(outputs[i]);
+      const double mean = mean_of(of_each);
+      for (std::size_t i = z; i < outputs.size(); i += value.size()) outputs[i] += value[z] - mean;
+    }
+  }
+  return outputs;
+}
+
+// The outputs of one action, [Z].
+inline Doubles of_action(const Network& network, const Doubles& outputs, std::ptrdiff_t action) {
+  const std::ptrdiff_t each = network.prediction.outputs;
+  return {outputs.begin() + action * each, outputs.begin() + (action + 1) * each};
+}
+
+inline Doubles slow_softmax(const Doubles& logits) {
+  double total = 0.0;
+  for (const double logit : logits) total += std::exp(logit);
+  Doubles probabilities;
+  for (const double logit : logits) probabilities.push_back(std::exp(logit) / total);
+  return probabilities;
+}
+
+// The return of an atom.
+inline double slow_atom(const Prediction& prediction, std::size_t i) {
+  const double share = static_cast<double>(i) / (prediction.outputs - 1);
+  return prediction.v_min + share * (static_cast<double>(prediction.v_max) - prediction.v_min);
+}
+
+inline double slow_mean(const Prediction& prediction, const Doubles& probabilities) {
+  double mean = 0.0;
+  for (std::size_t i = 0; i < probabilities.size(); ++i) {
+    mean += probabilities[i] * slow_atom(prediction, i);
+  }
+  return mean;
+}
+
+// Q(s,·) of one observation.
+inline Doubles slow_values(const Network& network, const Doubles& params, const Doubles& x) {
+  const Doubles outputs = slow_outputs(network, params, x);
+  Doubles q;
+  for (int a = 0; a < network.num_actions; ++a) {
+    const Doubles own = of_action(network, outputs, a);
+    q.push_back(network.prediction.kind == Prediction::kAtoms
+                    ? slow_mean(network.prediction, slow_softmax(own))
+                    : mean_of(own));
   }
   return q;
 }
@@ -108,16 +154,26 @@ inline Doubles observation_of(const std::vector<float>& observations, const Netw
 }
 
 inline std::vector<std::pair<const char*, Network>> networks() {
-  const auto make = [](const std::vector<std::int64_t>& hidden, bool layer_norm, bool dueling) {
-    return make_network(5, hidden, 3, layer_norm, dueling);
+  const auto make = [](const std::vector<std::int64_t>& hidden, bool layer_norm, bool dueling,
+                       const Prediction& prediction = {}) {
+    return make_network(5, hidden, 3, layer_norm, dueling, prediction);
   };
+  const Prediction quantiles = make_prediction(7, 0, 0.0, 0.0);
+  const Prediction atoms = make_prediction(0, 11, -1.5, 2.5);
   return {{"linear", make({}, false, false)},
           {"one layer", make({7}, false, false)},
           {"wider than a panel", make({33, 17}, false, false)},
           {"normalised", make({16, 8}, true, false)},
           {"dueling", make({16, 9}, false, true)},
           {"dueling without a hidden layer", make({}, false, true)},
-          {"normalised and dueling", make({13}, true, true)}};
+          {"normalised and dueling", make({13}, true, true)},
+          {"quantiles", make({9}, false, false, quantiles)},
+          {"one quantile", make({}, false, false, make_prediction(1, 0, 0.0, 0.0))},
+          {"quantiles, dueling", make({13}, true, true, quantiles)},
+          {"atoms", make({9}, false, false, atoms)},
+          {"more atoms than a panel has samples",
+           make({3}, false, false, make_prediction(0, 51, -3.0, 3.0))},
+          {"atoms, dueling", make({13}, true, true, atoms)}};
 }
 
 }  // namespace touchdown::fused

@@ -41,18 +41,27 @@ TEST("values are those of plain loops, under each instruction set") {
   }
 }
 
-TEST("a value does not depend on the observations beside it") {
+TEST("a value does not depend on the observations beside it, nor on how many there are") {
+  constexpr std::size_t count = 37;
   for (const simd::InstructionSet set : simd::kInstructionSets) {
     if (!simd::is_available(set)) continue;
-    const Network network = networks()[3].second;
-    const std::vector<float> params = random_params(network, 1);
-    const RandomBatch batch(network, 37, 2);
-    const std::vector<float> together = values_of(kernel(set), network, params, batch.o_t);
-    for (std::size_t i = 0; i < 37; ++i) {
-      const Doubles alone = observation_of(batch.o_t, network, i);
-      const std::vector<float> q =
-          values_of(kernel(set), network, params, {alone.begin(), alone.end()});
-      for (std::size_t a = 0; a < 3; ++a) CHECK_EQUAL(q[a], together[3 * i + a]);
+    for (const auto& [name, network] : networks()) {
+      std::cerr << simd::name(set) << ", " << name << '\n';
+      const std::vector<float> params = random_params(network, 1);
+      const RandomBatch batch(network, count, 2);
+      const std::vector<float> together = values_of(kernel(set), network, params, batch.o_t);
+      for (const std::size_t few : {1, 2, 3, 7}) {
+        for (std::size_t first = 0; first + few <= count; first += few) {
+          std::vector<float> observations;
+          for (std::size_t i = first; i < first + few; ++i) {
+            for (const double each : observation_of(batch.o_t, network, i)) {
+              observations.push_back(static_cast<float>(each));
+            }
+          }
+          const std::vector<float> q = values_of(kernel(set), network, params, observations);
+          for (std::size_t i = 0; i < q.size(); ++i) CHECK_EQUAL(q[i], together[3 * first + i]);
+        }
+      }
     }
   }
 }

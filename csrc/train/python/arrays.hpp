@@ -9,6 +9,7 @@
 #include <string>
 
 #include "engine/python/batch.hpp"
+#include "fused/network.hpp"
 #include "train/loop.hpp"
 
 namespace touchdown::train {
@@ -55,6 +56,15 @@ struct EpisodeArrays {
 inline void need_discrete(const engine::Batch& batch) {
   if (batch.landers.front().config.continuous == 0) return;
   refuse("these landers take pairs of throttles: must take whole numbers");
+}
+
+// Refuses a network that is not for landers with whole-number actions.
+inline const fused::Network& of_landers(const fused::Network& network) {
+  need(static_cast<std::size_t>(network.num_observations), engine::kObservationSize,
+       "an observation of the network");
+  need(static_cast<std::size_t>(network.num_actions), engine::kNumActions,
+       "a row of the network's values");
+  return network;
 }
 
 inline void check_pool(const engine::Batch& batch, const PoolArrays& pool) {

@@ -70,13 +70,12 @@ struct LearnerArrays {
 class PythonLoop {
  public:
   PythonLoop(engine::Batch& batch, const nb::object& exploration, const nb::object& replay,
-             const Settings& settings, const std::vector<std::int64_t>& hidden_sizes,
-             bool layer_norm, bool dueling)
+             const Settings& settings, const fused::Network& network)
       : batch_(batch),
         exploration_(generator_of(exploration)),
         replay_(generator_of(replay)),
-        loop_(checked(settings), fused::make_network(engine::kObservationSize, hidden_sizes,
-                                                     engine::kNumActions, layer_norm, dueling)) {
+        loop_(checked(settings), of_landers(network)) {
+    if (network.noisy) refuse("a noisy network: must have no noise");
     need_discrete(batch);
   }
   PythonLoop(const PythonLoop&) = delete;

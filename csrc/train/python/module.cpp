@@ -127,23 +127,22 @@ void bind_arrays(nb::module_& m) {
 }  // namespace
 
 NB_MODULE(_train, m) {
-  // The type `Batch`, which a loop takes, is that module's.
+  // The types `Batch` and `Network`, which a loop takes, are those modules'.
   nb::module_::import_("touchdown.lander._engine");
+  nb::module_::import_("touchdown.agents.learners._fused");
   bind_settings(m);
   bind_counts(m);
   bind_arrays(m);
   nb::class_<PythonLoop>(m, "Loop")
       .def(nb::init<engine::Batch&, const nb::object&, const nb::object&, const Settings&,
-                    const std::vector<std::int64_t>&, bool, bool>(),
-           "batch"_a, "exploration"_a, "replay"_a, "settings"_a, nb::kw_only(), "hidden_sizes"_a,
-           "layer_norm"_a, "dueling"_a, nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
-           nb::keep_alive<1, 4>())
+                    const fused::Network&>(),
+           "batch"_a, "exploration"_a, "replay"_a, "settings"_a, "network"_a,
+           nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(), nb::keep_alive<1, 4>())
       .def("advance", &PythonLoop::advance, "max_steps"_a, "counts"_a, "pool"_a, "episodes"_a,
            "windows"_a, "records"_a.noconvert(), "priorities"_a.noconvert().none(), "learner"_a,
            "q"_a.noconvert());
   nb::class_<PythonRollout>(m, "Rollout")
-      .def(nb::init<engine::Batch&, const std::vector<std::int64_t>&, bool, bool, std::int64_t>(),
-           "batch"_a, nb::kw_only(), "hidden_sizes"_a, "layer_norm"_a, "dueling"_a,
+      .def(nb::init<engine::Batch&, const fused::Network&, std::int64_t>(), "batch"_a, "network"_a,
            "max_episode_steps"_a, nb::keep_alive<1, 2>())
       .def("advance", &PythonRollout::advance, "max_steps"_a, "params"_a.noconvert(),
            "tasks"_a.noconvert(), "pool"_a, "episodes"_a);

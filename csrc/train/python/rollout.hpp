@@ -16,12 +16,8 @@ namespace touchdown::train {
 // While one thread steps a batch, others are refused.
 class PythonRollout {
  public:
-  PythonRollout(engine::Batch& batch, const std::vector<std::int64_t>& hidden_sizes,
-                bool layer_norm, bool dueling, std::int64_t max_episode_steps)
-      : batch_(batch),
-        rollout_(fused::make_network(engine::kObservationSize, hidden_sizes, engine::kNumActions,
-                                     layer_norm, dueling),
-                 max_episode_steps) {
+  PythonRollout(engine::Batch& batch, const fused::Network& network, std::int64_t max_episode_steps)
+      : batch_(batch), rollout_(of_landers(network), max_episode_steps) {
     need_least(max_episode_steps, 1, "max_episode_steps");
     need_discrete(batch);
   }

@@ -61,8 +61,8 @@ _ANY, _DEFAULT = object(), object()
 # listed here, such as one added later, must have its default
 _FUSED: dict[str, dict[str, object]] = {
     "network": {
-        **dict.fromkeys(("hidden_sizes", "dueling", "layer_norm", "v_min", "v_max"), _ANY),
-        **dict.fromkeys(("noisy_sigma",), _ANY),
+        **dict.fromkeys(("hidden_sizes", "dueling", "layer_norm", "noisy_sigma"), _ANY),
+        **dict.fromkeys(("quantiles", "atoms", "v_min", "v_max", "noisy"), _ANY),
         "activation": "relu",
     },
     "learning": {

@@ -153,7 +153,7 @@ class LearningConfig:
     """Optimiser, by its name in optax."""
     backend: Backend = "jax"
     """What computes updates: `jax`; `fused`, which runs forward pass, backward pass and Adam in one
-    C++ call on the CPU (only ReLU networks whose outputs are values); or `auto`, which is `fused`
+    C++ call on the CPU (only ReLU networks with Adam); or `auto`, which is `fused`
     where it was built and supports the settings."""
     batch_size: Transitions = 64
     """Transitions per minibatch."""

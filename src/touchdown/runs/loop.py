@@ -36,4 +36,6 @@ def _unsupported(config: Config) -> str | None:
         return f"backend = {backend!r}"
     if config.learning.target != "q-learning":
         return f"target = {config.learning.target!r}"
+    if config.network.noisy:
+        return "noisy = True"
     return None if is_lander(config.env_id) else f"env_id = {config.env_id!r}"

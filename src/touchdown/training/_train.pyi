@@ -1,9 +1,8 @@
-from collections.abc import Sequence
-
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, Int32, Int64, UInt8
 from numpy.random import BitGenerator
 
+from touchdown.agents.learners._fused import Network
 from touchdown.lander._engine import Batch
 
 class Settings:
@@ -114,10 +113,7 @@ class Loop:
         exploration: BitGenerator,
         replay: BitGenerator,
         settings: Settings,
-        *,
-        hidden_sizes: Sequence[int],
-        layer_norm: bool,
-        dueling: bool,
+        network: Network,
     ) -> None: ...
     def advance(
         self,
@@ -145,10 +141,7 @@ class Rollout:
     def __init__(
         self,
         batch: Batch,
-        *,
-        hidden_sizes: Sequence[int],
-        layer_norm: bool,
-        dueling: bool,
+        network: Network,
         max_episode_steps: int,
     ) -> None: ...
     def advance(

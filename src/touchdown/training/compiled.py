@@ -77,9 +77,7 @@ class CompiledLoop:
             pool.batch,
             *bit_generators,
             settings,
-            hidden_sizes=config.network.hidden_sizes,
-            layer_norm=config.network.layer_norm,
-            dueling=config.network.dueling,
+            agent.learner.model.perceptron.network,
         )
         self._module = _train
         self._counts = _train.Counts()

@@ -61,10 +61,8 @@ class CompiledSteps:
         if self._made is None or self._made[0] is not network or self._made[1] is not pool:
             rollout = _train.Rollout(
                 pool.batch,
-                hidden_sizes=network.config.hidden_sizes,
-                layer_norm=network.config.layer_norm,
-                dueling=network.config.dueling,
-                max_episode_steps=rules.MAX_EPISODE_STEPS,
+                network.perceptron.network,
+                rules.MAX_EPISODE_STEPS,
             )
             self._made = network, pool, rollout
         return self._made[2]

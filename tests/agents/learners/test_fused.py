@@ -18,6 +18,7 @@ from touchdown.agents.learners._fused import Perceptron, simd
 from touchdown.agents.learners.factory import make_learner
 from touchdown.agents.learners.fused import FusedLearner
 from touchdown.agents.learners.fused_network import FusedNetwork
+from touchdown.agents.learners.jax import JaxLearner
 from touchdown.agents.learners.state import LearnerState, init_state, state_from, tensors_of
 from touchdown.agents.learners.update import make_fit, make_update
 from touchdown.agents.networks import QNetwork
@@ -107,8 +108,32 @@ RULES = {
 }
 
 
-@pytest.mark.parametrize("config", RULES.values(), ids=RULES)
-@pytest.mark.parametrize("shape", NETWORKS.values(), ids=NETWORKS)
+DISTRIBUTIONS = {
+    "quantiles": NetworkConfig(hidden_sizes=(16, 9), quantiles=8),
+    "one quantile": NetworkConfig(hidden_sizes=(7,), quantiles=1),
+    "dueling quantiles": NetworkConfig(hidden_sizes=(13,), quantiles=5, dueling=True),
+    "atoms": NetworkConfig(hidden_sizes=(16, 9), atoms=11),
+    "many atoms": NetworkConfig(hidden_sizes=(), atoms=51, v_min=-3.0, v_max=5.0),
+    "normalised and dueling atoms": NetworkConfig(
+        hidden_sizes=(13,), layer_norm=True, dueling=True, atoms=7, v_min=0.0, v_max=1.0
+    ),
+}
+CASES = [
+    *(
+        pytest.param(shape, config, id=f"{network}-{rule}")
+        for network, shape in NETWORKS.items()
+        for rule, config in RULES.items()
+    ),
+    *(
+        pytest.param(shape, replace(config, loss="huber"), id=f"{network}-{rule}")
+        for network, shape in DISTRIBUTIONS.items()
+        for rule, config in RULES.items()
+        if rule == "huber" or (shape.dueling and rule not in {"mse", "one step size"})
+    ),
+]
+
+
+@pytest.mark.parametrize(("shape", "config"), CASES)
 def test_updates_are_those_of_the_jax_function(shape, config):
     learner, packed = new_learner(shape, config), batches(21)
     network, twin = twin_of(learner, config)
@@ -151,7 +176,7 @@ def test_fits_to_given_targets_are_those_of_the_jax_function(shape):
     assert_allclose(metrics, expected, rtol=1e-3, atol=1e-5)
 
 
-@pytest.mark.parametrize("shape", NETWORKS.values(), ids=NETWORKS)
+@pytest.mark.parametrize("shape", (NETWORKS | DISTRIBUTIONS).values(), ids=NETWORKS | DISTRIBUTIONS)
 def test_values_are_those_of_the_jax_function_whatever_the_batch(shape):
     twin = QNetwork(D, A, shape)
     network = FusedNetwork(D, A, shape)
@@ -225,10 +250,83 @@ def test_the_kernel_reads_each_field_of_a_packed_transition_where_it_is():
         assert transition_fields(size) == field_offsets(size)
 
 
+NOISY = {
+    "noisy": NetworkConfig(hidden_sizes=(16, 9), noisy=True),
+    "noisy, normalised, dueling": NetworkConfig(
+        hidden_sizes=(13, 7), noisy=True, layer_norm=True, dueling=True
+    ),
+    "rainbow": NetworkConfig(
+        hidden_sizes=(16,), noisy=True, layer_norm=True, dueling=True, atoms=11
+    ),
+}
+
+
+@pytest.mark.parametrize("double", [True, False])
+@pytest.mark.parametrize("shape", NOISY.values(), ids=NOISY)
+def test_noisy_networks_have_the_noise_that_jax_draws(shape, double):
+    config = Config(seed=7, network=shape, learning=learning(double=double, max_grad_norm=0.1))
+    ours = FusedLearner(FusedNetwork(D, A, shape), config)
+    twin = JaxLearner(QNetwork(D, A, shape), config)
+    packed, weights = batches(21), np.random.default_rng(1).random((K, 21), np.float32)
+    assert_allclose(ours.values(SEEN, 5), twin.values(SEEN, 5), atol=1e-5)
+    for updates in (0, K):
+        got = ours.update(packed, weights, SEEN, updates, measured=True)
+        expected = twin.update(packed, weights, SEEN, updates, measured=True)
+        assert_allclose(got.td_error, expected.td_error, rtol=2e-3, atol=1e-4)
+        assert_allclose(got.next_q, expected.next_q, rtol=2e-3, atol=1e-4)
+        assert_allclose(got.metrics, expected.metrics, rtol=2e-3, atol=1e-4)
+    assert_same_state(ours, twin.state)
+
+
+def test_a_noisy_network_has_new_noise_at_each_step_and_acts_greedily_without_any():
+    shape = NOISY["noisy"]
+    learner = FusedLearner(FusedNetwork(D, A, shape), Config(seed=7, network=shape))
+    assert_array_equal(learner.values(SEEN, 5), learner.values(SEEN, 5))
+    assert np.abs(learner.values(SEEN, 5) - learner.values(SEEN, 6)).max() > 0.01
+    params = learner.state.online_params
+    greedy = learner.model.policy(params).values(SEEN)
+    assert_array_equal(greedy, learner.model.values_of_each(params, SEEN))
+    assert_allclose(greedy, QNetwork(D, A, shape).apply(jnp.array(params), SEEN), atol=1e-5)
+
+
+def test_noise_is_for_noisy_networks_only():
+    with pytest.raises(ValueError, match="noise: must be None for a network that is not noisy"):
+        Perceptron(D, [4], A).learn(**perceptron_call(noise=(1, 2, 3)))
+    shape = NOISY["noisy"]
+    learner = FusedLearner(FusedNetwork(D, A, shape), Config(network=shape))
+    samples = np.zeros((2, D), np.float32), np.zeros(2, np.int32), np.zeros(2, np.float32)
+    with pytest.raises(ValueError, match="a noisy network: must have no noise"):
+        learner.fit(*samples, np.array([[0, 1]]))
+
+
+def test_a_network_that_predicts_a_distribution_is_not_fitted_to_values():
+    learner = new_learner(DISTRIBUTIONS["atoms"], learning(loss="huber"))
+    before = np.array(learner.state.online_params)
+    samples = np.zeros((2, D), np.float32), np.zeros(2, np.int32), np.zeros(2, np.float32)
+    with pytest.raises(ValueError, match="predicts quantiles or atoms: must predict values"):
+        learner.fit(*samples, np.array([[0, 1]]))
+    assert_array_equal(learner.state.online_params, before)
+
+
 AGENTS = {
     "dqn": Config(
         replay=ReplayConfig(capacity=100, min_size=8),
         learning=LearningConfig(batch_size=8, target_period=20, double=True, n_step=2),
+    ),
+    "noisy": Config(
+        network=NetworkConfig(noisy=True),
+        replay=ReplayConfig(capacity=100, min_size=8),
+        learning=LearningConfig(batch_size=8, target_period=20),
+    ),
+    "quantiles": Config(
+        network=NetworkConfig(quantiles=6),
+        replay=ReplayConfig(capacity=100, min_size=8, prioritized=True),
+        learning=LearningConfig(batch_size=8, target_period=20, loss="huber"),
+    ),
+    "atoms": Config(
+        network=NetworkConfig(atoms=6),
+        replay=ReplayConfig(capacity=100, min_size=8),
+        learning=LearningConfig(batch_size=8, target_period=20, double=True, n_step=3),
     ),
     "pqn": Config(algorithm="pqn", rollout=RolloutConfig(rollout_steps=8, epochs=2, minibatches=2)),
 }
@@ -239,7 +337,7 @@ def test_an_agent_learns_the_same_on_either_backend(chain, config):
     def learned(backend: str) -> np.ndarray:
         settings = replace(
             config,
-            network=NetworkConfig(hidden_sizes=(16,), layer_norm=True),
+            network=replace(config.network, hidden_sizes=(16,), layer_norm=True),
             exploration=ExplorationConfig(schedule="constant", epsilon_start=1.0),
             learning=replace(config.learning, backend=backend),
             training=TrainingConfig(num_envs=4),

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from touchdown.agents.initial import initial_params
 from touchdown.agents.learners.fused_network import FusedNetwork
 from touchdown.agents.learners.learner import FitResult, Metrics, UpdateResult, check_tensors
+from touchdown.agents.learners.purposes import ACTING, NEXT_VALUES, UPDATES
 from touchdown.agents.rollout import Rollout, rollout_targets
 from touchdown.config.config import Config
 from touchdown.config.sections import LearningConfig
@@ -57,8 +58,12 @@ class FusedLearner:
 
     def values(self, observations: FloatArray, env_steps: int) -> FloatArray:
         """Q(s,·) for choosing actions: [N, D] to [N, A]."""
-        del env_steps  # the kernel's networks never have noisy weights
-        return self.model.values_of_each(self.state.online_params, observations)
+        noise = self._noise(ACTING, env_steps)
+        return self.model.values_of_each(self.state.online_params, observations, noise)
+
+    def _noise(self, purpose: int, number: int) -> tuple[int, int, int] | None:
+        config = self._config
+        return (config.seed, purpose, number) if config.network.noisy else None
 
     def update(
         self,
@@ -70,7 +75,6 @@ class FusedLearner:
         measured: bool,
     ) -> UpdateResult:
         """Update the parameters with K minibatches, one after the other."""
-        del updates
         config, state = self._config.learning, self.state
         td_error = np.empty(packed.shape[:2], np.float32)
         metrics = self.model.perceptron.learn(
@@ -89,9 +93,12 @@ class FusedLearner:
             reward_scale=config.reward_scale,
             max_grad_norm=config.max_grad_norm,
             polyak=config.polyak,
+            noise=self._noise(UPDATES, updates),
         )
         self.state = state._replace(updates=state.updates + len(packed))
-        next_q = self.model.values_of_each(self.state.online_params, next_observations)
+        next_q = self.model.values_of_each(
+            self.state.online_params, next_observations, self._noise(NEXT_VALUES, updates)
+        )
         return UpdateResult(Metrics(*metrics) if measured else None, td_error, next_q)
 
     def fit_rollout(

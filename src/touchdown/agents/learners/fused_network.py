@@ -44,16 +44,31 @@ class FusedNetwork:
             num_actions,
             layer_norm=config.layer_norm,
             dueling=config.dueling,
+            quantiles=config.quantiles,
+            atoms=config.atoms,
+            v_min=config.v_min,
+            v_max=config.v_max,
+            noisy=config.noisy,
         )
 
-    def values_of_each(self, params: FloatArray, observations: FloatArray) -> NDArray[np.float32]:
+    def values_of_each(
+        self,
+        params: FloatArray,
+        observations: FloatArray,
+        noise: tuple[int, int, int] | None = None,
+    ) -> NDArray[np.float32]:
         """Q(s,·) of any number of observations, [N, D] to [N, A].
 
         Each row depends only on its own observation, to the last bit.
+
+        Args:
+            params: flat parameters, [P].
+            observations: [N, D].
+            noise: seed, purpose and number of a sample of noisy weights; None uses their means.
         """
         observations = np.ascontiguousarray(observations, np.float32)
         q = np.empty((len(observations), self.num_actions), np.float32)
-        self.perceptron.values(np.asarray(params, np.float32), observations, q)
+        self.perceptron.values(np.asarray(params, np.float32), observations, q, noise)
         return q
 
     def layers(self, params: FloatArray) -> dict[str, FloatArray]:

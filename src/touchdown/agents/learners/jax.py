@@ -14,7 +14,8 @@ from touchdown.agents import td
 from touchdown.agents.batch import Params
 from touchdown.agents.learners.learner import FitResult, Metrics, UpdateResult
 from touchdown.agents.learners.losses import LossFunction
-from touchdown.agents.learners.noise import ACTING, NEXT_VALUES, UPDATES, NoiseSource
+from touchdown.agents.learners.noise import NoiseSource
+from touchdown.agents.learners.purposes import ACTING, NEXT_VALUES, UPDATES
 from touchdown.agents.learners.state import (
     LearnerState,
     copy_target,

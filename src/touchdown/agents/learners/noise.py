@@ -1,14 +1,13 @@
-"""Random keys of noisy weights, determined by the run's seed, a purpose and a count."""
+"""Random keys of noisy weights, determined by the run's seed, a purpose and a count.
+
+csrc/fused/noise.cpp draws the same numbers for the fused kernel.
+"""
 
 from typing import NamedTuple
 
 import jax
 import numpy as np
 from jaxtyping import PRNGKeyArray
-
-# Purposes. The numbers are large because JAX folds in small ones when it splits a key, and the keys
-# of the initial weights are split from the same seed.
-UPDATES, NEXT_VALUES, ACTING = 1_000_001, 1_000_002, 1_000_003
 
 
 class NoiseSource(NamedTuple):

@@ -1,0 +1,99 @@
+// Noisy weights, compared with numbers from JAX and with plain loops.
+#include "fused/noise.hpp"
+
+#include <cmath>
+#include <vector>
+
+#include "fused/kernel.hpp"
+#include "fused/noisy.hpp"
+#include "tests/check.hpp"
+#include "tests/fused/slow_twin.hpp"
+
+namespace {
+
+using namespace touchdown::fused;
+
+Network noisy_network(bool layer_norm, bool dueling, const Prediction& prediction = {}) {
+  return make_network(3, std::vector<std::int64_t>{4, 2}, 2, layer_norm, dueling, prediction, true);
+}
+
+std::vector<float> sampled_by(const NetworkKernel& kernel, const Network& network,
+                              const std::vector<float>& params, const float* noise) {
+  std::vector<float> sampled(static_cast<std::size_t>(network.num_weights));
+  kernel.sample_weights(network, params.data(), noise, sampled.data());
+  return sampled;
+}
+
+TEST("keys follow from a key as in JAX") {
+  const Key folded = derived({0, 7}, 1'000'001);
+  CHECK_EQUAL(folded.first, 608322654u);
+  CHECK_EQUAL(folded.second, 2762357916u);
+  const Key third = derived({0, 7}, 2);
+  CHECK_EQUAL(third.first, 966301609u);
+  CHECK_EQUAL(third.second, 1948237315u);
+}
+
+TEST("normal numbers are those of JAX, in the middle and far out") {
+  CHECK_NEAR(normal({0, 7}, 0), 0.45123515, 1e-6);
+  CHECK_NEAR(normal({0, 7}, 1), 1.95345092, 1e-6);
+  CHECK_NEAR(normal({0, 7}, 96183), 4.43989277, 1e-5);
+  CHECK_NEAR(normal({0, 7}, 103009), -5.41998291, 1e-5);
+}
+
+TEST("samples differ by seed, purpose and number") {
+  const NoiseSource source{.seed = 1, .purpose = 2, .number = 3};
+  for (const NoiseSource& other : {NoiseSource{2, 2, 3}, {1, 3, 3}, {1, 2, 4}}) {
+    CHECK(normal(source.key(), 0) != normal(other.key(), 0));
+  }
+}
+
+TEST("the noise has an entry for each output and input of a linear layer") {
+  // 4 + 3 and 2 + 4 of the hidden layers, 1 + 2 of the value, 2 + 2 of the advantages
+  const Network network = noisy_network(true, true);
+  CHECK_EQUAL(network.num_noise, 20);
+  CHECK_EQUAL(network.num_weights, 16 + 8 + 10 + 4 + 3 + 6);
+  CHECK_EQUAL(network.num_params, 2 * 16 + 8 + 2 * 10 + 4 + 2 * 3 + 2 * 6);
+}
+
+TEST("noisy weights are means plus σ times the noise of output and input") {
+  // one layer with one input: weights 10 and 20, biases 1 and 2, their σ in the same order
+  const Network network = make_network(1, {}, 2, false, false, {}, true);
+  const std::vector<float> params{10, 20, 1, 2, 0.5f, 0.25f, 4, 8};
+  const float noise[] = {2, -1, 3};  // of the outputs, then of the input
+  for (const auto set : touchdown::simd::kInstructionSets) {
+    if (!touchdown::simd::is_available(set)) continue;
+    const std::vector<float> sampled = sampled_by(kernel(set), network, params, noise);
+    CHECK_EQUAL(sampled[0], 13.0f);   // 10 + ½·2·3
+    CHECK_EQUAL(sampled[1], 19.25f);  // 20 − ¼·1·3
+    CHECK_EQUAL(sampled[2], 9.0f);    // 1 + 4·2
+    CHECK_EQUAL(sampled[3], -6.0f);   // 2 − 8·1
+    const std::vector<float> means = sampled_by(kernel(set), network, params, nullptr);
+    CHECK_EQUAL(means[0], 10.0f);
+    CHECK_EQUAL(means[3], 2.0f);
+  }
+}
+
+TEST("σ has the gradient of its sampled weight times the noise, and a norm has its own") {
+  const Network network = noisy_network(true, true, make_prediction(2, 0, 0.0, 0.0));
+  const std::vector<float> params = random_params(network, 1);
+  std::vector<float> noise(static_cast<std::size_t>(network.num_noise));
+  draw_noise(network, {0, 7}, noise);
+  std::vector<float> along = random_params(network, 2);  // a gradient of the sampled weights
+  along.resize(static_cast<std::size_t>(network.num_weights));
+  std::vector<float> gradient(params.size());
+  baseline::noisy_gradient(network, along.data(), noise.data(), gradient.data());
+  // sampled weights are linear in what is learned, so a difference is a derivative
+  for (std::size_t p = 0; p < params.size(); ++p) {
+    std::vector<float> moved = params;
+    moved[p] += 1.0f;
+    const std::vector<float> before = sampled_by(kernel(), network, params, noise.data());
+    const std::vector<float> after = sampled_by(kernel(), network, moved, noise.data());
+    double slope = 0.0;
+    for (std::size_t i = 0; i < along.size(); ++i) slope += along[i] * (after[i] - before[i]);
+    CHECK_NEAR(gradient[p], slope, 1e-5);
+  }
+}
+
+}  // namespace
+
+int main() { return touchdown::check::run_all(); }
