@@ -71,10 +71,11 @@ template <typename F>
                              joint.xy * (joint.yz * drift.x - joint.xy * rotation_rate) +
                              joint.xz * (joint.xy * drift.y - joint.yy * drift.x));
     const F sum = joint.limit_impulse + angular_impulse;
-    const auto releases = joint.limit_side * sum < 0.0f;
+    const auto releases = joint.limit_side * sum < joint.limit_floor;
     if (any(releases)) {
       // A limit can only push. Its accumulated impulse becomes zero, and the point constraint is
-      // solved again without it.
+      // solved again without it. For a joint that is not at a limit, this is what the other branch
+      // computes, to the last bit: its limit impulse is +0, and its `xz` and `yz` are -0.
       const Vec<F> point_only =
           solve_point(joint, joint.limit_impulse * Vec<F>{joint.xz, joint.yz} - drift);
       impulse = select(releases, point_only, impulse);

@@ -31,15 +31,15 @@ inline bool may_cycle(const VelocityConstraints& constraints) {
          constraints.joints[1].at_limit;
 }
 
-// The functions take constraints of the same layout: the same bodies in contact, numbers of points
-// and joints at a limit, in the same order. There is at least one, and there are at most `lanes`.
+// The functions take at least one. They are fastest where neighbours have the same contacts and the
+// same joints at a limit, and `lanes` of them share one pass.
 struct SolverKernel {
   std::size_t lanes;
   // Runs `iterations` velocity iterations.
-  void (*iterate)(std::span<VelocityConstraints* const> alike, int iterations);
-  // Runs two windows of constraints that may cycle. Sets `done` for those that do cycle: all of
-  // their iterations are then complete.
-  void (*run_cycle)(std::span<VelocityConstraints* const> alike, std::span<bool> done);
+  void (*iterate)(std::span<VelocityConstraints* const> items, int iterations);
+  // Runs the first two windows. Sets `done` for those that turn out to cycle: all of their
+  // iterations are then complete.
+  void (*start)(std::span<VelocityConstraints* const> items, std::span<bool> done);
 };
 
 const SolverKernel& kernel(simd::InstructionSet set);  // `set` must be available

@@ -1,14 +1,14 @@
-// The kernel: puts constraints into lanes, iterates them, and takes the results out. It is compiled
-// once per instruction set (see simd/kernel_target.hpp).
+// The kernel: iterates constraints in lanes. It is compiled once per instruction set (see
+// simd/kernel_target.hpp).
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <cstring>
 #include <span>
 
 #include "engine/contact_velocity_solver.hpp"
 #include "engine/joint_velocity_solver.hpp"
 #include "engine/kernel.hpp"
+#include "engine/lane_groups.hpp"
 #include "engine/lanes.hpp"
 #include "engine/velocity_constraints.hpp"
 #include "simd/kernel_target.hpp"
@@ -17,112 +17,51 @@ namespace touchdown::engine::TOUCHDOWN_KERNEL {
 namespace {
 
 // Two groups of lanes take turns, so that the work of one hides the latency of the other's results.
-constexpr int kGroups = 2;
-
-template <int W>
-struct Group {
-  BasicVelocities<Floats<W>> velocities;
-  std::array<BasicJointConstraint<Floats<W>>, kNumLegs> joints;
-  std::array<BasicContactConstraint<Floats<W>>, kMaxContacts> contacts;
-};
+constexpr std::size_t kGroups = 2;
 
 template <int W>
 struct Groups {
   alignas(W * 4) std::array<Group<W>, kGroups> all;
-  int used;
-  int num_contacts;
+  std::size_t used;
+  int max_slots;
 };
 
-// Float number `i` of one lane, in a struct seen as an array of vectors.
+// Fills the groups with the first of `items`, as many as fit, and returns their number.
 template <int W>
-float* at(void* lanes, std::size_t i, int lane) {
-  return static_cast<float*>(lanes) + i * W + static_cast<std::size_t>(lane);
+std::size_t load(Groups<W>& groups, std::span<VelocityConstraints* const> items) {
+  std::size_t taken = 0;
+  groups.used = 0;
+  groups.max_slots = 0;
+  while (taken < items.size() && groups.used < kGroups) {
+    Group<W>& group = groups.all[groups.used++];
+    load(group, items.subspan(taken));
+    taken += group.items.size();
+    if (groups.max_slots < group.slots.count) groups.max_slots = group.slots.count;
+  }
+  return taken;
 }
 
 template <int W>
-void put_in_lane(void* lanes, const void* floats, std::size_t count, int lane) {
-  for (std::size_t i = 0; i < count; ++i) {
-    *at<W>(lanes, i, lane) = static_cast<const float*>(floats)[i];
-  }
-}
-
-template <int W>
-void take_from_lane(void* lanes, void* floats, std::size_t count, int lane) {
-  for (std::size_t i = 0; i < count; ++i) static_cast<float*>(floats)[i] = *at<W>(lanes, i, lane);
-}
-
-template <int W>
-void load(Groups<W>& groups, std::span<VelocityConstraints* const> alike) {
-  const VelocityConstraints& first = *alike.front();
-  groups.num_contacts = first.num_contacts;
-  groups.used = static_cast<int>(alike.size()) > W ? 2 : 1;
-
-  // Spare lanes repeat the first one's numbers, and their results are ignored.
-  for (int slot = 0; slot < groups.used * W; ++slot) {
-    const auto index = static_cast<std::size_t>(slot);
-    const VelocityConstraints& constraints = index < alike.size() ? *alike[index] : first;
-    Group<W>& group = groups.all[index / W];
-    const int lane = slot % W;
-    put_in_lane<W>(&group.velocities, &constraints.velocities, kVelocityFloats, lane);
-    for (std::size_t i = 0; i < kNumLegs; ++i) {
-      put_in_lane<W>(&group.joints[i], &constraints.joints[i], kJointFloats, lane);
+void solve_contacts(Groups<W>& groups) {
+  for (int i = 0; i < groups.max_slots; ++i) {
+    for (std::size_t g = 0; g < groups.used; ++g) {
+      Group<W>& group = groups.all[g];
+      if (i >= group.slots.count) continue;
+      solve_velocity_constraint(group.contacts[static_cast<std::size_t>(i)], group.velocities);
     }
-    for (std::size_t i = 0; i < static_cast<std::size_t>(groups.num_contacts); ++i) {
-      put_in_lane<W>(&group.contacts[i], &constraints.contacts[i], kContactFloats, lane);
-      group.contacts[i].cases_seen[lane] = constraints.contacts[i].cases_seen;
-    }
-  }
-  for (Group<W>& group : groups.all) {
-    for (std::size_t i = 0; i < kNumLegs; ++i) {
-      group.joints[i].leg = first.joints[i].leg;
-      group.joints[i].at_limit = first.joints[i].at_limit;
-    }
-    for (std::size_t i = 0; i < static_cast<std::size_t>(groups.num_contacts); ++i) {
-      group.contacts[i].body = first.contacts[i].body;
-      group.contacts[i].num_points = first.contacts[i].num_points;
-    }
-  }
-}
-
-// Writes back only what iterations change.
-template <int W>
-void store(Groups<W>& groups, VelocityConstraints& constraints, std::size_t slot) {
-  Group<W>& group = groups.all[slot / W];
-  const auto lane = static_cast<int>(slot % W);
-  take_from_lane<W>(&group.velocities, &constraints.velocities, kVelocityFloats, lane);
-  for (std::size_t i = 0; i < kNumLegs; ++i) {
-    auto& joint = group.joints[i];
-    take_from_lane<W>(&joint.impulse, &constraints.joints[i].impulse, 2, lane);
-    take_from_lane<W>(&joint.limit_impulse, &constraints.joints[i].limit_impulse, 1, lane);
-    take_from_lane<W>(&joint.motor_impulse, &constraints.joints[i].motor_impulse, 1, lane);
-  }
-  for (std::size_t i = 0; i < static_cast<std::size_t>(groups.num_contacts); ++i) {
-    for (std::size_t j = 0; j < 2; ++j) {
-      auto& point = group.contacts[i].points[j];
-      auto& to = constraints.contacts[i].points[j];
-      take_from_lane<W>(&point.normal_impulse, &to.normal_impulse, 1, lane);
-      take_from_lane<W>(&point.tangent_impulse, &to.tangent_impulse, 1, lane);
-    }
-    constraints.contacts[i].cases_seen = group.contacts[i].cases_seen[lane];
   }
 }
 
 template <int W>
 void run(Groups<W>& groups, int iterations) {
-  const auto used = static_cast<std::size_t>(groups.used);
   for (int iteration = 0; iteration < iterations; ++iteration) {
     for (std::size_t i = 0; i < kNumLegs; ++i) {
-      for (std::size_t g = 0; g < used; ++g) {
+      for (std::size_t g = 0; g < groups.used; ++g) {
         Group<W>& group = groups.all[g];
         solve_velocity_constraint(group.joints[i], group.velocities);
       }
     }
-    for (std::size_t i = 0; i < static_cast<std::size_t>(groups.num_contacts); ++i) {
-      for (std::size_t g = 0; g < used; ++g) {
-        Group<W>& group = groups.all[g];
-        solve_velocity_constraint(group.contacts[i], group.velocities);
-      }
-    }
+    solve_contacts(groups);
   }
 }
 
@@ -157,56 +96,98 @@ std::array<bool, W> same(const CycleState<W>& a, const CycleState<W>& b) {
   return equal;
 }
 
+// The impulses of the joints' points in each iteration of a window.
 template <int W>
-void iterate(std::span<VelocityConstraints* const> alike, int iterations) {
-  Groups<W> groups;
-  load<W>(groups, alike);
-  run(groups, iterations);
-  for (std::size_t slot = 0; slot < alike.size(); ++slot) store(groups, *alike[slot], slot);
+using Window = std::array<std::array<std::array<Vec<Floats<W>>, kGroups>, kNumLegs>, kWindow>;
+
+template <int W>
+void record_window(Groups<W>& groups, Window<W>& window) {
+  for (auto& impulses : window) {
+    for (std::size_t i = 0; i < kNumLegs; ++i) {
+      for (std::size_t g = 0; g < groups.used; ++g) {
+        Group<W>& group = groups.all[g];
+        impulses[i][g] = solve_velocity_constraint(group.joints[i], group.velocities);
+      }
+    }
+    solve_contacts(groups);
+  }
 }
 
 template <int W>
-void run_cycle(std::span<VelocityConstraints* const> alike, std::span<bool> done) {
-  Groups<W> groups;
-  load<W>(groups, alike);
-  const auto used = static_cast<std::size_t>(groups.used);
-  run(groups, kWindow);
-  std::array<CycleState<W>, kGroups> before;
-  for (std::size_t g = 0; g < used; ++g) before[g] = cycle_state(groups.all[g]);
-
-  alignas(W * 4) Vec<Floats<W>> impulses[kWindow][kNumLegs][kGroups];
-  for (auto& window : impulses) {
-    for (std::size_t i = 0; i < kNumLegs; ++i) {
-      for (std::size_t g = 0; g < used; ++g) {
-        Group<W>& group = groups.all[g];
-        window[i][g] = solve_velocity_constraint(group.joints[i], group.velocities);
-      }
-    }
-  }
-
-  std::array<std::array<bool, W>, kGroups> same_lanes;
-  for (std::size_t g = 0; g < used; ++g) {
-    same_lanes[g] = same<W>(before[g], cycle_state(groups.all[g]));
-  }
-  for (std::size_t slot = 0; slot < alike.size(); ++slot) {
-    done[slot] = same_lanes[slot / W][slot % W];
-    if (!done[slot]) store(groups, *alike[slot], slot);
-  }
+void repeat_window(Groups<W>& groups, const Window<W>& window) {
   for (int repeat = 0; repeat < kRepeats; ++repeat) {
-    for (const auto& window : impulses) {
+    for (const auto& impulses : window) {
       for (std::size_t i = 0; i < kNumLegs; ++i) {
-        for (std::size_t g = 0; g < used; ++g) groups.all[g].joints[i].impulse += window[i][g];
+        for (std::size_t g = 0; g < groups.used; ++g) {
+          groups.all[g].joints[i].impulse += impulses[i][g];
+        }
       }
     }
   }
-  for (std::size_t slot = 0; slot < alike.size(); ++slot) {
-    if (done[slot]) store(groups, *alike[slot], slot);
+}
+
+template <int W>
+void iterate(std::span<VelocityConstraints* const> items, int iterations) {
+  Groups<W> groups;
+  while (!items.empty()) {
+    items = items.subspan(load(groups, items));
+    run(groups, iterations);
+    for (std::size_t g = 0; g < groups.used; ++g) {
+      Group<W>& group = groups.all[g];
+      for (std::size_t lane = 0; lane < group.items.size(); ++lane) {
+        store(group, static_cast<int>(lane));
+      }
+    }
+  }
+}
+
+// Stores the lanes of which `done` is `wanted`.
+template <int W>
+void store_those(Groups<W>& groups, std::span<const bool> done, bool wanted) {
+  std::size_t index = 0;
+  for (std::size_t g = 0; g < groups.used; ++g) {
+    Group<W>& group = groups.all[g];
+    for (std::size_t lane = 0; lane < group.items.size(); ++lane) {
+      if (done[index++] == wanted) store(group, static_cast<int>(lane));
+    }
+  }
+}
+
+template <int W>
+void start(std::span<VelocityConstraints* const> items, std::span<bool> done) {
+  Groups<W> groups;
+  alignas(W * 4) Window<W> window;
+  while (!items.empty()) {
+    const std::size_t taken = load(groups, items);
+    run(groups, kWindow);
+    std::array<CycleState<W>, kGroups> before;
+    for (std::size_t g = 0; g < groups.used; ++g) before[g] = cycle_state(groups.all[g]);
+    record_window(groups, window);
+
+    std::size_t index = 0;
+    bool any_done = false;
+    for (std::size_t g = 0; g < groups.used; ++g) {
+      const Group<W>& group = groups.all[g];
+      const auto equal = same<W>(before[g], cycle_state(group));
+      for (std::size_t lane = 0; lane < group.items.size(); ++lane) {
+        const bool cycles = equal[lane] && group.items[lane]->num_contacts == 0;
+        any_done = any_done || cycles;
+        done[index++] = cycles;
+      }
+    }
+    store_those(groups, done, false);
+    if (any_done) {
+      repeat_window(groups, window);
+      store_those(groups, done, true);
+    }
+    items = items.subspan(taken);
+    done = done.subspan(taken);
   }
 }
 
 }  // namespace
 
 extern const SolverKernel kKernel{kGroups * TOUCHDOWN_WIDTH, &iterate<TOUCHDOWN_WIDTH>,
-                                  &run_cycle<TOUCHDOWN_WIDTH>};
+                                  &start<TOUCHDOWN_WIDTH>};
 
 }  // namespace touchdown::engine::TOUCHDOWN_KERNEL

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 
 #include "engine/math.hpp"
 #include "engine/motion.hpp"
@@ -97,6 +98,8 @@ inline JointConstraint prepare(Joint& joint, const JointDefinition& definition, 
   joint.limit = limit;
   c.at_limit = limit != LimitState::kNone;
   c.limit_side = limit == LimitState::kUpper ? -1.0f : 1.0f;
+  c.limit_floor = c.at_limit ? 0.0f : std::numeric_limits<float>::infinity();
+  if (!c.at_limit) c.xz = c.yz = -0.0f;
   c.impulse = joint.impulse;
   c.limit_impulse = joint.limit_impulse;
   c.motor_impulse = joint.motor_impulse;
