@@ -27,11 +27,11 @@ inline bool has_contact(const Contacts& contacts, int edge, int body) {
 // Adds the pairs whose boxes have begun to overlap (b2ContactManager::FindNewContacts).
 inline void find_new_contacts(Contacts& contacts, const Terrain& terrain,
                               std::array<Body, kNumBodies>& bodies) {
-  const bool all_above = std::all_of(bodies.begin(), bodies.end(), [&](const Body& body) {
-    return body.fat_aabb.lower.y > terrain.top;
-  });
-  if (all_above) return;
+  Aabb all = bodies[kHull].fat_aabb;
+  for (int leg = kLeg0; leg <= kLeg1; ++leg) all = combined(all, bodies[leg].fat_aabb);
+  if (all.lower.y > terrain.top) return;
   for (int edge = 0; edge < kNumEdges; ++edge) {
+    if (!overlap(terrain.edges[edge].fat_aabb, all)) continue;
     for (int body = 0; body < kNumBodies; ++body) {
       if (!overlap(terrain.edges[edge].fat_aabb, bodies[body].fat_aabb)) continue;
       if (has_contact(contacts, edge, body)) continue;

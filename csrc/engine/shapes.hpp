@@ -22,6 +22,7 @@ struct Shape {
   float friction;
   float inverse_mass;
   float inverse_inertia;  // about the centre of mass
+  float radius;           // no point is farther from the centre of mass
 };
 
 namespace detail {
@@ -74,6 +75,14 @@ inline void set_mass(Shape& shape, float density) {
   shape.inverse_inertia = 1.0f / about_center;
 }
 
+// Needs the centre of mass. The result is a bound, so rounding must not make it too small.
+inline void set_radius(Shape& shape) {
+  for (int i = 0; i < shape.count; ++i) {
+    const float distance = length(shape.vertices[i] - shape.local_center);
+    shape.radius = larger(shape.radius, 1.001f * distance);
+  }
+}
+
 inline Shape make_hull() {
   Shape hull{};
   constexpr double outline[][2] = {{17, -10}, {17, 0}, {14, 17}, {-14, 17}, {-17, 0}, {-17, -10}};
@@ -89,6 +98,7 @@ inline Shape make_hull() {
   hull.centroid = centroid(hull);
   hull.friction = 0.1f;
   set_mass(hull, 5.0f);
+  set_radius(hull);
   return hull;
 }
 
@@ -105,6 +115,7 @@ inline Shape make_leg() {
   leg.centroid = {0.0f, 0.0f};
   leg.friction = 0.2f;
   set_mass(leg, 1.0f);
+  set_radius(leg);
   return leg;
 }
 
