@@ -5,14 +5,12 @@
 // starts with the newest.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 
 #include "engine/aabb.hpp"
 #include "engine/body.hpp"
 #include "engine/contact.hpp"
-#include "engine/shapes.hpp"
 #include "engine/terrain.hpp"
 
 namespace touchdown::engine {
@@ -69,17 +67,6 @@ inline void update_contacts(Contacts& contacts, const Terrain& terrain,
       destroy_contact(contacts, i, bodies, flags);
     }
   }
-}
-
-// Once the body has left its fat box, makes a new one around its motion from `start` and a
-// prediction of the next step (b2Fixture::Synchronize, b2DynamicTree::MoveProxy).
-inline void synchronize_aabb(Body& body, const Shape& shape, const Transform& start) {
-  const Aabb swept = combined(aabb_of(shape, start), aabb_of(shape, body.transform));
-  if (contains(body.fat_aabb, swept)) return;
-  body.fat_aabb = grown(swept, kAabbExtension);
-  const Vec2 ahead = 2.0f * (body.transform.origin - start.origin);
-  (ahead.x < 0.0f ? body.fat_aabb.lower.x : body.fat_aabb.upper.x) += ahead.x;
-  (ahead.y < 0.0f ? body.fat_aabb.lower.y : body.fat_aabb.upper.y) += ahead.y;
 }
 
 }  // namespace touchdown::engine

@@ -1,14 +1,18 @@
-// The velocity iterations of many environments at once, by the kernel of the instruction set in
-// use.
+// The velocity iterations of many environments at once, and the motion that follows from them, by
+// the kernel of the instruction set in use.
 //
-// Box2D: the velocity iterations of b2Island::Solve, its hottest loop. Box2D runs them for one
-// world at a time.
+// Box2D: most of b2Island::Solve, with its hottest loop. Box2D runs it for one world at a time.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <span>
 
+#include "engine/body.hpp"
+#include "engine/joint_position_solver.hpp"
+#include "engine/motion.hpp"
 #include "engine/settings.hpp"
+#include "engine/shape.hpp"
 #include "engine/velocity_constraints.hpp"
 #include "simd/instruction_set.hpp"
 
@@ -31,6 +35,24 @@ inline bool may_cycle(const VelocityConstraints& constraints) {
          constraints.joints[1].at_limit;
 }
 
+// The parts of a lander that move after the velocity iterations.
+struct Moving {
+  VelocityConstraints* constraints;
+  Poses* poses;
+  std::array<Body, kNumBodies>* bodies;
+  int iterations;  // position iterations done by `integrate`: one in flight, none otherwise
+  bool corrected;  // whether they were enough
+};
+
+// What all landers are made of. The kernel is told, as each of its copies would make its own.
+struct Model {
+  const std::array<Shape, kNumBodies>& shapes;
+  const std::array<JointDefinition, kNumLegs>& joints;
+};
+
+// The order of the joints' constraints, unless a leg sleeps.
+inline constexpr std::array<int, kNumLegs> kUsualLegs{kLeg1, kLeg0};
+
 // The functions take at least one. They are fastest where neighbours have the same contacts and the
 // same joints at a limit, and `lanes` of them share one pass.
 struct SolverKernel {
@@ -40,6 +62,10 @@ struct SolverKernel {
   // Runs the first two windows. Sets `done` for those that turn out to cycle: all of their
   // iterations are then complete.
   void (*start)(std::span<VelocityConstraints* const> items, std::span<bool> done);
+  // Integrates the velocities, and runs the first position iteration of those in flight.
+  void (*integrate)(std::span<Moving> items, const Model& model);
+  // Moves the bodies to their poses, and counts how long they have been at rest.
+  void (*place)(std::span<Moving> items, const Model& model);
 };
 
 const SolverKernel& kernel(simd::InstructionSet set);  // `set` must be available

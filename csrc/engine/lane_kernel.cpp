@@ -1,5 +1,5 @@
-// The kernel: iterates constraints in lanes. It is compiled once per instruction set (see
-// simd/kernel_target.hpp).
+// The kernel: solves constraints and moves bodies in lanes. It is compiled once per instruction set
+// (see simd/kernel_target.hpp).
 #include <array>
 #include <cstddef>
 #include <cstring>
@@ -9,6 +9,7 @@
 #include "engine/joint_velocity_solver.hpp"
 #include "engine/kernel.hpp"
 #include "engine/lane_groups.hpp"
+#include "engine/lane_motion.hpp"
 #include "engine/lanes.hpp"
 #include "engine/velocity_constraints.hpp"
 #include "simd/kernel_target.hpp"
@@ -17,7 +18,7 @@ namespace touchdown::engine::TOUCHDOWN_KERNEL {
 namespace {
 
 // Two groups of lanes take turns, so that the work of one hides the latency of the other's results.
-constexpr std::size_t kGroups = 2;
+constexpr std::size_t kGroups = 4;
 
 template <int W>
 struct Groups {
@@ -187,7 +188,8 @@ void start(std::span<VelocityConstraints* const> items, std::span<bool> done) {
 
 }  // namespace
 
-extern const SolverKernel kKernel{kGroups * TOUCHDOWN_WIDTH, &iterate<TOUCHDOWN_WIDTH>,
-                                  &start<TOUCHDOWN_WIDTH>};
+extern const SolverKernel kKernel{2 * TOUCHDOWN_WIDTH, &iterate<TOUCHDOWN_WIDTH>,
+                                  &start<TOUCHDOWN_WIDTH>, &integrate<TOUCHDOWN_WIDTH>,
+                                  &place<TOUCHDOWN_WIDTH>};
 
 }  // namespace touchdown::engine::TOUCHDOWN_KERNEL

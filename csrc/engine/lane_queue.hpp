@@ -10,6 +10,7 @@
 #include <iterator>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <thread>
 #include <vector>
 
@@ -50,7 +51,8 @@ class LaneQueue {
     for (const auto& pending : all_) free_.push_back(pending.get());
   }
 
-  // Adds a step. If its bucket is now full, solves the bucket and hands the steps to `finish`.
+  // Adds a step. If its bucket is now full, solves the bucket. `finish`
+  // takes a span of solved steps.
   template <typename Finish>
   void add(Pending& pending, const Finish& finish) {
     const VelocityConstraints& constraints = pending.state.constraints;
@@ -67,6 +69,7 @@ class LaneQueue {
       const Bucket bucket = pop();
       solve(bucket, finish, [this](Pending& pending) { leave(pending, Stage::kRest); });
     }
+    finish_some(solved_.size(), finish);
   }
 
   // The same for several threads at the end of their shares: what is left in their queues is
@@ -77,7 +80,7 @@ class LaneQueue {
   void flush(Shared& shared, std::size_t threads, const Finish& finish);
 
  private:
-  static constexpr std::size_t kMaxLanes = 32;
+  static constexpr std::size_t kMaxLanes = 64;
 
   // What is to be done: all iterations, or only the first ones and a check for cycles, or the rest
   // after that.
@@ -170,15 +173,15 @@ class LaneQueue {
       left.sorted = true;
     }
     Bucket bucket{{0, starts ? Stage::kStart : Stage::kRest}, 0, {}};
-    while (bucket.count < kernel_.lanes && !left.items.empty()) {
+    while (bucket.count < 2 * kernel_.lanes && !left.items.empty()) {
       bucket.items[bucket.count++] = left.items.back().pending;
       left.items.pop_back();
     }
     return bucket;
   }
 
-  // Hands the steps that are done to `finish`, and those that turned out not to cycle to
-  // `wait_again`.
+  // Hands the steps that turned out not to cycle to `wait_again`, and those that are done to
+  // `finish` as soon as they fill the lanes.
   template <typename Finish, typename WaitAgain>
   void solve(const Bucket& bucket, const Finish& finish, const WaitAgain& wait_again) {
     std::array<VelocityConstraints*, kMaxLanes> constraints;
@@ -195,12 +198,20 @@ class LaneQueue {
     }
     for (std::size_t i = 0; i < bucket.count; ++i) {
       if (done[i]) {
-        finish(*bucket.items[i]);
-        give_back(*bucket.items[i]);
+        solved_.push_back(bucket.items[i]);
       } else {
         wait_again(*bucket.items[i]);
       }
     }
+    while (solved_.size() >= kernel_.lanes) finish_some(kernel_.lanes, finish);
+  }
+
+  template <typename Finish>
+  void finish_some(std::size_t count, const Finish& finish) {
+    const std::span<Pending* const> some = std::span(solved_).last(count);
+    finish(some);
+    for (Pending* const pending : some) give_back(*pending);
+    solved_.resize(solved_.size() - count);
   }
 
   const SolverKernel& kernel_;
@@ -209,6 +220,7 @@ class LaneQueue {
   std::vector<Bucket> buckets_;
   Leftovers starting_;
   Leftovers resuming_;
+  std::vector<Pending*> solved_;
 };
 
 struct LaneQueue::Shared {
@@ -231,7 +243,7 @@ void LaneQueue::flush(Shared& shared, std::size_t threads, const Finish& finish)
   }
   for (;;) {
     std::unique_lock lock(shared.mutex);
-    if (!shared.queue.has_left()) return;
+    if (!shared.queue.has_left()) break;
     const Bucket bucket = shared.queue.pop();
     lock.unlock();
     solve(bucket, finish, [&](Pending& pending) {
@@ -239,6 +251,7 @@ void LaneQueue::flush(Shared& shared, std::size_t threads, const Finish& finish)
       shared.queue.leave(pending, Stage::kRest);
     });
   }
+  finish_some(solved_.size(), finish);
 }
 
 }  // namespace touchdown::engine

@@ -1,14 +1,15 @@
 // The revolute joint between the hull and a leg: a shared point, a motor that pushes the leg
 // outwards, and limits on the angle.
 //
-// Box2D: b2RevoluteJoint, b2RevoluteJointDef (JointDefinition) and b2LimitState. Its velocity
-// iterations are in joint_velocity_solver.hpp.
+// Box2D: b2RevoluteJoint, b2RevoluteJointDef (JointDefinition) and b2LimitState. Its
+// iterations are in joint_velocity_solver.hpp and joint_position_solver.hpp.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <limits>
 
+#include "engine/joint_position_solver.hpp"
 #include "engine/math.hpp"
 #include "engine/motion.hpp"
 #include "engine/settings.hpp"
@@ -25,17 +26,6 @@ struct Joint {
   float limit_impulse;
   float motor_impulse;
   LimitState limit;
-};
-
-// What the joint was made with.
-struct JointDefinition {
-  int leg;
-  Vec2 hull_anchor;  // from the centre of mass
-  Vec2 leg_anchor;   // from the centre of mass
-  float reference_angle;
-  float lower_angle;
-  float upper_angle;
-  float motor_speed;
 };
 
 inline JointDefinition make_joint_definition(int leg) {
@@ -118,55 +108,6 @@ inline void store_impulses(const JointConstraint& constraint, Joint& joint) {
   joint.impulse = constraint.impulse;
   joint.limit_impulse = constraint.limit_impulse;
   joint.motor_impulse = constraint.motor_impulse;
-}
-
-// One position iteration: moves the bodies back where the angle is beyond a limit or the anchors
-// have drifted apart. Returns whether both errors were small
-// (b2RevoluteJoint::SolvePositionConstraints).
-inline bool solve_position_constraint(const JointConstraint& constraint,
-                                      const JointDefinition& definition, Poses& poses) {
-  Pose& a = poses[kHull];
-  Pose& b = poses[constraint.leg];
-  const float ma = constraint.hull_inverse_mass;
-  const float mb = constraint.leg_inverse_mass;
-  const float ia = constraint.hull_inverse_inertia;
-  const float ib = constraint.leg_inverse_inertia;
-
-  float angular_error = 0.0f;
-  if (constraint.at_limit) {
-    const float angle = b.angle - a.angle - definition.reference_angle;
-    float correction;
-    if (constraint.limit_side > 0.0f) {
-      const float past = angle - definition.lower_angle;
-      angular_error = -past;
-      correction = clamp(past + kAngularSlop, -kMaxAngularCorrection, 0.0f);
-    } else {
-      const float past = angle - definition.upper_angle;
-      angular_error = past;
-      correction = clamp(past - kAngularSlop, 0.0f, kMaxAngularCorrection);
-    }
-    const float impulse = -constraint.motor_mass * correction;
-    a.angle -= ia * impulse;
-    b.angle += ib * impulse;
-  }
-
-  const Vec2 ra = rotate(rotation(a), definition.hull_anchor);
-  const Vec2 rb = rotate(rotation(b), definition.leg_anchor);
-  const Vec2 gap = b.center + rb - a.center - ra;
-
-  const float xx = ma + mb + ia * ra.y * ra.y + ib * rb.y * rb.y;
-  const float xy = -ia * ra.x * ra.y - ib * rb.x * rb.y;
-  const float yy = ma + mb + ia * ra.x * ra.x + ib * rb.x * rb.x;
-  float inverse = xx * yy - xy * xy;
-  if (inverse != 0.0f) inverse = 1.0f / inverse;
-  const Vec2 impulse =
-      -Vec2{inverse * (yy * gap.x - xy * gap.y), inverse * (xx * gap.y - xy * gap.x)};
-
-  a.center -= ma * impulse;
-  a.angle -= ia * cross(ra, impulse);
-  b.center += mb * impulse;
-  b.angle += ib * cross(rb, impulse);
-  return length(gap) <= kLinearSlop && angular_error <= kAngularSlop;
 }
 
 }  // namespace touchdown::engine

@@ -1,29 +1,15 @@
 // The polygons of the hull and the legs, with their masses.
 //
-// Box2D: b2PolygonShape and b2MassData.
+// Box2D: b2PolygonShape::Set, b2PolygonShape::ComputeMass and b2Body::ResetMassData.
 #pragma once
 
 #include <array>
 
-#include "engine/aabb.hpp"
 #include "engine/math.hpp"
 #include "engine/settings.hpp"
+#include "engine/shape.hpp"
 
 namespace touchdown::engine {
-
-// A convex polygon with its vertices counter-clockwise, and the mass of a body made of it.
-struct Shape {
-  static constexpr int kMaxVertices = 6;
-  std::array<Vec2, kMaxVertices> vertices;
-  std::array<Vec2, kMaxVertices> normals;  // of the side that starts at the vertex
-  int count;
-  Vec2 centroid;      // decides which side of an edge the shape is on
-  Vec2 local_center;  // centre of mass; equals the centroid only up to rounding
-  float friction;
-  float inverse_mass;
-  float inverse_inertia;  // about the centre of mass
-  float radius;           // no point is farther from the centre of mass
-};
 
 namespace detail {
 
@@ -123,16 +109,5 @@ inline Shape make_leg() {
 
 inline const std::array<Shape, kNumBodies> kShapes = {detail::make_hull(), detail::make_leg(),
                                                       detail::make_leg()};
-
-inline Aabb aabb_of(const Shape& shape, const Transform& transform) {
-  Vec2 low = to_world(transform, shape.vertices[0]);
-  Vec2 high = low;
-  for (int i = 1; i < shape.count; ++i) {
-    const Vec2 vertex = to_world(transform, shape.vertices[i]);
-    low = smaller(low, vertex);
-    high = larger(high, vertex);
-  }
-  return grown({low, high}, kPolygonRadius);
-}
 
 }  // namespace touchdown::engine

@@ -28,8 +28,9 @@ inline Transition finish_alone(Lander& lander, bool solves, StepState& state, Co
                                   constraints.velocities);
       }
     }
+    finish_solve(lander.world, state, coverage);
   }
-  return finish_step(lander, solves, state, coverage);
+  return end_step(lander, coverage);
 }
 
 inline Transition begin_alone(Lander& lander) {
