@@ -79,8 +79,8 @@ template <typename F>
       const Vec<F> point_only =
           solve_point(joint, joint.limit_impulse * Vec<F>{joint.xz, joint.yz} - drift);
       impulse = select(releases, point_only, impulse);
-      angular_impulse = releases ? -joint.limit_impulse : angular_impulse;
-      joint.limit_impulse = releases ? F{} : sum;
+      angular_impulse = pick(releases, -joint.limit_impulse, angular_impulse);
+      joint.limit_impulse = pick(releases, F{}, sum);
     } else {
       joint.limit_impulse = sum;
     }

@@ -7,10 +7,13 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <span>
+#include <type_traits>
 
 #include "engine/kernel.hpp"
+#include "engine/lane_rows.hpp"
 #include "engine/lanes.hpp"
 #include "engine/velocity_constraints.hpp"
 #include "simd/kernel_target.hpp"
@@ -33,11 +36,19 @@ struct Slots {
 // A vector with more slots than this takes no further environment that needs another one.
 constexpr int kMaxSharedSlots = 8;
 
-template <int W>
+constexpr int kWidth = TOUCHDOWN_WIDTH;
+
+// `F` is a vector, or a pair of vectors.
+template <typename F>
+constexpr std::size_t kLanes = sizeof(F) / sizeof(float);
+template <typename F>
+constexpr std::size_t kVectors = kLanes<F> / kWidth;
+
+template <typename F>
 struct Group {
-  BasicVelocities<Floats<W>> velocities;
-  std::array<BasicJointConstraint<Floats<W>>, kNumLegs> joints;
-  std::array<BasicContactConstraint<Floats<W>>, kMaxContacts> contacts;
+  BasicVelocities<F> velocities;
+  std::array<BasicJointConstraint<F>, kNumLegs> joints;
+  std::array<BasicContactConstraint<F>, kMaxContacts> contacts;
   Slots slots;
   std::span<VelocityConstraints* const> items;  // one per lane, from the first lane on
 };
@@ -72,69 +83,104 @@ inline bool add_slots(Slots& slots, const VelocityConstraints& constraints) {
 }
 
 // A contact that changes no bit of a velocity: it adds -0. In its solution for two points, no case
-// is valid.
-inline BasicContactConstraint<float> idle_contact() {
+// is valid. The padding is read, and ignored.
+struct IdleContact {
+  BasicContactConstraint<float> contact;
+  std::array<float, kWidth> padding;
+};
+
+constexpr IdleContact idle_contact() {
   constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
-  BasicContactConstraint<float> idle{};
-  idle.inverse_mass = idle.inverse_inertia = -0.0f;
-  idle.normal = idle.tangent = {1.0f, 1.0f};
-  for (auto& point : idle.points) point.arm = {1.0f, 0.0f};
-  idle.k11 = idle.k12 = idle.k22 = not_a_number;
+  IdleContact idle{};
+  BasicContactConstraint<float>& contact = idle.contact;
+  contact.inverse_mass = contact.inverse_inertia = -0.0f;
+  contact.normal = contact.tangent = {1.0f, 1.0f};
+  for (auto& point : contact.points) point.arm = {1.0f, 0.0f};
+  contact.k11 = contact.k12 = contact.k22 = not_a_number;
   return idle;
 }
+constexpr IdleContact kIdleContact = idle_contact();
 
-// Float number `i` of one lane, in a struct seen as an array of vectors.
-template <int W>
-float* at(void* lanes, std::size_t i, int lane) {
-  return static_cast<float*>(lanes) + i * W + static_cast<std::size_t>(lane);
-}
-
-template <int W>
-void put_in_lane(void* lanes, const void* floats, std::size_t count, int lane) {
-  for (std::size_t i = 0; i < count; ++i) {
-    *at<W>(lanes, i, lane) = static_cast<const float*>(floats)[i];
+// One part of each lander, in the lanes of one of the group's vectors. Spare lanes repeat the first
+// lander's numbers.
+template <typename F, typename Part>
+auto rows_of(const Group<F>& group, std::size_t vector, const Part& part) {
+  Rows<kWidth, std::remove_reference_t<decltype(*part(0))>> rows;
+  for (std::size_t i = 0; i < kWidth; ++i) {
+    const std::size_t lane = vector * kWidth + i;
+    rows[i] = part(lane < group.items.size() ? lane : 0);
   }
+  return rows;
 }
 
-template <int W>
-void take_from_lane(void* lanes, void* floats, std::size_t count, int lane) {
-  for (std::size_t i = 0; i < count; ++i) static_cast<float*>(floats)[i] = *at<W>(lanes, i, lane);
-}
-
-template <int W>
-void put_in_lane(Group<W>& group, const VelocityConstraints& constraints, int lane) {
-  put_in_lane<W>(&group.velocities, &constraints.velocities, kVelocityFloats, lane);
-  for (std::size_t i = 0; i < kNumLegs; ++i) {
-    put_in_lane<W>(&group.joints[i], &constraints.joints[i], kJointFloats, lane);
-  }
-  int next = 0;
-  for (int slot = 0; slot < group.slots.count; ++slot) {
-    const auto s = static_cast<std::size_t>(slot);
+// The contact of each lander that belongs into a slot, or -1. `next` is where to look for it.
+template <typename F>
+std::array<int, kLanes<F>> contacts_in(const Group<F>& group, std::array<int, kLanes<F>>& next,
+                                       Slot slot) {
+  std::array<int, kLanes<F>> found;
+  for (std::size_t lane = 0; lane < group.items.size(); ++lane) {
+    const VelocityConstraints& constraints = *group.items[lane];
     const bool has =
-        next < constraints.num_contacts && slot_of(constraints, next) == group.slots.all[s];
-    const auto idle = idle_contact();
-    const auto& contact = has ? constraints.contacts[static_cast<std::size_t>(next++)] : idle;
-    put_in_lane<W>(&group.contacts[s], &contact, kContactFloats, lane);
-    group.contacts[s].cases_seen[lane] = contact.cases_seen;
+        next[lane] < constraints.num_contacts && slot_of(constraints, next[lane]) == slot;
+    found[lane] = has ? next[lane]++ : -1;
+  }
+  return found;
+}
+
+// The address of `vector` in a member that all vectors of a group have.
+template <typename T>
+auto* part_of(T& lanes, std::size_t vector) {
+  using Vector = std::conditional_t<std::is_const_v<T>, const Floats<kWidth>, Floats<kWidth>>;
+  return reinterpret_cast<Vector*>(&lanes) + vector;
+}
+
+template <typename F>
+void load_contacts(Group<F>& group) {
+  // The cases seen follow the floats.
+  constexpr std::size_t count = kContactFloats + 1;
+  std::array<int, kLanes<F>> next{};
+  for (int i = 0; i < group.slots.count; ++i) {
+    auto& contact = group.contacts[static_cast<std::size_t>(i)];
+    const Slot slot = group.slots.all[static_cast<std::size_t>(i)];
+    const auto found = contacts_in(group, next, slot);
+    contact.body = slot.body;
+    contact.num_points = slot.num_points;
+    for (std::size_t v = 0; v < kVectors<F>; ++v) {
+      const auto rows = rows_of(group, v, [&](std::size_t lane) {
+        const auto* const from =
+            found[lane] < 0 ? &kIdleContact.contact
+                            : &group.items[lane]->contacts[static_cast<std::size_t>(found[lane])];
+        return reinterpret_cast<const float*>(from);
+      });
+      load_rows<count, kWidth>(part_of(contact, v), rows, kVectors<F>);
+    }
   }
 }
 
 // Fills the lanes with the first of `items`, as many as fit together.
-template <int W>
-void load(Group<W>& group, std::span<VelocityConstraints* const> items) {
+template <typename F>
+void load(Group<F>& group, std::span<VelocityConstraints* const> items) {
   const VelocityConstraints& first = *items.front();
   group.slots.count = 0;
   std::size_t count = 0;
-  while (count < items.size() && count < W && items[count]->joints[0].leg == first.joints[0].leg &&
+  while (count < items.size() && count < kLanes<F> &&
+         items[count]->joints[0].leg == first.joints[0].leg &&
          add_slots(group.slots, *items[count])) {
     ++count;
   }
   group.items = items.first(count);
 
-  // Spare lanes repeat the first one's numbers, and their results are ignored.
-  for (int lane = 0; lane < W; ++lane) {
-    const auto index = static_cast<std::size_t>(lane);
-    put_in_lane(group, index < count ? *items[index] : first, lane);
+  for (std::size_t v = 0; v < kVectors<F>; ++v) {
+    const auto velocities = rows_of(group, v, [&](std::size_t lane) {
+      return reinterpret_cast<const float*>(&group.items[lane]->velocities);
+    });
+    load_rows<kVelocityFloats, kWidth>(part_of(group.velocities, v), velocities, kVectors<F>);
+    for (std::size_t i = 0; i < kNumLegs; ++i) {
+      const auto joints = rows_of(group, v, [&](std::size_t lane) {
+        return reinterpret_cast<const float*>(&group.items[lane]->joints[i]);
+      });
+      load_rows<kJointFloats, kWidth>(part_of(group.joints[i], v), joints, kVectors<F>);
+    }
   }
   for (std::size_t i = 0; i < kNumLegs; ++i) {
     group.joints[i].leg = first.joints[i].leg;
@@ -143,36 +189,64 @@ void load(Group<W>& group, std::span<VelocityConstraints* const> items) {
       group.joints[i].at_limit = group.joints[i].at_limit || item->joints[i].at_limit;
     }
   }
+  load_contacts(group);
+}
+
+// How many of the group's landers are in one of its vectors.
+template <typename F>
+std::size_t used_lanes(const Group<F>& group, std::size_t vector) {
+  const std::size_t before = vector * kWidth;
+  const std::size_t count = group.items.size();
+  return count < before ? 0 : count - before < kWidth ? count - before : kWidth;
+}
+
+// Writes back what iterations change, and of a contact's points also their constants.
+template <typename F>
+void store_contacts(const Group<F>& group) {
+  constexpr std::size_t count = sizeof(BasicContactConstraint<float>::points) / sizeof(float);
+  std::array<int, kLanes<F>> next{};
   for (int i = 0; i < group.slots.count; ++i) {
-    const auto s = static_cast<std::size_t>(i);
-    group.contacts[s].body = group.slots.all[s].body;
-    group.contacts[s].num_points = group.slots.all[s].num_points;
+    const auto& contact = group.contacts[static_cast<std::size_t>(i)];
+    const auto found = contacts_in(group, next, group.slots.all[static_cast<std::size_t>(i)]);
+    std::array<float, count> nowhere;
+    std::uint32_t no_cases;
+    const auto of = [&](std::size_t lane) -> BasicContactConstraint<float>& {
+      return group.items[lane]->contacts[static_cast<std::size_t>(found[lane])];
+    };
+    for (std::size_t v = 0; v < kVectors<F>; ++v) {
+      const auto points = rows_of(group, v, [&](std::size_t lane) {
+        return found[lane] < 0 ? nowhere.data() : reinterpret_cast<float*>(&of(lane).points);
+      });
+      const auto cases = rows_of(group, v, [&](std::size_t lane) {
+        return found[lane] < 0 ? reinterpret_cast<float*>(&no_cases)
+                               : reinterpret_cast<float*>(&of(lane).cases_seen);
+      });
+      const std::size_t used = used_lanes(group, v);
+      store_rows<count, kWidth>(part_of(contact.points, v), points, used, kVectors<F>);
+      store_rows<1, kWidth>(part_of(contact.cases_seen, v), cases, used, kVectors<F>);
+    }
   }
 }
 
-// Writes back what iterations change.
-template <int W>
-void store(Group<W>& group, int lane) {
-  VelocityConstraints& constraints = *group.items[static_cast<std::size_t>(lane)];
-  take_from_lane<W>(&group.velocities, &constraints.velocities, kVelocityFloats, lane);
-  for (std::size_t i = 0; i < kNumLegs; ++i) {
-    auto& joint = group.joints[i];
-    take_from_lane<W>(&joint.impulse, &constraints.joints[i].impulse, 2, lane);
-    take_from_lane<W>(&joint.limit_impulse, &constraints.joints[i].limit_impulse, 1, lane);
-    take_from_lane<W>(&joint.motor_impulse, &constraints.joints[i].motor_impulse, 1, lane);
-  }
-  int next = 0;
-  for (int slot = 0; slot < group.slots.count && next < constraints.num_contacts; ++slot) {
-    const auto s = static_cast<std::size_t>(slot);
-    if (!(slot_of(constraints, next) == group.slots.all[s])) continue;
-    auto& contact = constraints.contacts[static_cast<std::size_t>(next++)];
-    for (std::size_t j = 0; j < 2; ++j) {
-      auto& point = group.contacts[s].points[j];
-      take_from_lane<W>(&point.normal_impulse, &contact.points[j].normal_impulse, 1, lane);
-      take_from_lane<W>(&point.tangent_impulse, &contact.points[j].tangent_impulse, 1, lane);
+template <typename F>
+void store(const Group<F>& group) {
+  constexpr std::size_t joint_floats = 4;  // the impulses follow each other
+  for (std::size_t v = 0; v < kVectors<F>; ++v) {
+    const std::size_t used = used_lanes(group, v);
+    const auto velocities = rows_of(group, v, [&](std::size_t lane) {
+      return reinterpret_cast<float*>(&group.items[lane]->velocities);
+    });
+    store_rows<kVelocityFloats, kWidth>(part_of(group.velocities, v), velocities, used,
+                                        kVectors<F>);
+    for (std::size_t i = 0; i < kNumLegs; ++i) {
+      const auto impulses = rows_of(group, v, [&](std::size_t lane) {
+        return reinterpret_cast<float*>(&group.items[lane]->joints[i].impulse);
+      });
+      store_rows<joint_floats, kWidth>(part_of(group.joints[i].impulse, v), impulses, used,
+                                       kVectors<F>);
     }
-    contact.cases_seen = group.contacts[s].cases_seen[lane];
   }
+  store_contacts(group);
 }
 
 }  // namespace

@@ -88,10 +88,13 @@ inline void transpose(Block<W>& m) {
 
 #endif
 
-// Puts `N` floats of each row into lanes: `N` vectors. Rows are read up to the next multiple of W.
+// Puts `N` floats of each row into lanes: `N` vectors, with `stride` vectors from one to the next.
+// Rows are read up to the next multiple of W.
 template <std::size_t N, int W>
-[[gnu::always_inline]] inline void load_rows(void* lanes, const Rows<W, const float>& rows) {
+[[gnu::always_inline]] inline void load_rows(void* lanes, const Rows<W, const float>& rows,
+                                             std::size_t stride = 1) {
   constexpr std::size_t width = W;
+  auto* const to = static_cast<Floats<W>*>(lanes);
   for (std::size_t first = 0; first < N; first += width) {
     Block<W> block;
     for (std::size_t i = 0; i < width; ++i) {
@@ -99,20 +102,20 @@ template <std::size_t N, int W>
     }
     transpose<W>(block);
     const std::size_t count = N - first < width ? N - first : width;
-    std::memcpy(static_cast<Floats<W>*>(lanes) + first, &block, count * sizeof(block[0]));
+    for (std::size_t i = 0; i < count; ++i) to[(first + i) * stride] = block[i];
   }
 }
 
 // Takes `N` floats of each of the first `used` rows out of lanes.
 template <std::size_t N, int W>
 [[gnu::always_inline]] inline void store_rows(const void* lanes, const Rows<W, float>& rows,
-                                              std::size_t used) {
+                                              std::size_t used, std::size_t stride = 1) {
   constexpr std::size_t width = W;
   constexpr std::size_t rest = N % width;
   const auto* const from = static_cast<const Floats<W>*>(lanes);
   for (std::size_t first = 0; first + width <= N; first += width) {
     Block<W> block;
-    std::memcpy(&block, from + first, sizeof(block));
+    for (std::size_t i = 0; i < width; ++i) block[i] = from[(first + i) * stride];
     transpose<W>(block);
     for (std::size_t i = 0; i < used; ++i) {
       std::memcpy(rows[i] + first, &block[i], sizeof(block[i]));
@@ -120,7 +123,7 @@ template <std::size_t N, int W>
   }
   if constexpr (rest != 0) {
     Block<W> block{};
-    std::memcpy(&block, from + (N - rest), rest * sizeof(block[0]));
+    for (std::size_t i = 0; i < rest; ++i) block[i] = from[(N - rest + i) * stride];
     transpose<W>(block);
     for (std::size_t i = 0; i < used; ++i) {
       std::memcpy(rows[i] + (N - rest), &block[i], rest * sizeof(float));

@@ -72,6 +72,12 @@ inline Floats<4> root(Floats<4> a) {
 }
 #endif
 
+// `condition ? a : b`, lane by lane.
+template <typename Mask, typename T>
+constexpr T pick(Mask condition, T a, T b) {
+  return condition ? a : b;
+}
+
 constexpr bool any(bool condition) { return condition; }
 constexpr bool all(bool condition) { return condition; }
 

@@ -55,7 +55,7 @@ constexpr Vec<F> broadcast(Vec2 a) {
 
 template <typename Mask, typename F>
 constexpr Vec<F> select(Mask condition, Vec<F> a, Vec<F> b) {
-  return {condition ? a.x : b.x, condition ? a.y : b.y};
+  return {pick(condition, a.x, b.x), pick(condition, a.y, b.y)};
 }
 
 template <typename F>
