@@ -9,13 +9,15 @@ namespace touchdown::engine {
 
 namespace {
 
-// Loads what the first half of a step reads into the cache, without the terrain and the contacts.
+// Loads what the first half of a step reads into the cache, without the terrain and
+// most contacts.
 void prefetch(const Lander& lander) {
   constexpr std::size_t line = 64;
   const auto* const bytes = reinterpret_cast<const char*>(&lander);
   for (std::size_t i = 0; i < offsetof(Lander, world) + offsetof(World, terrain); i += line) {
     __builtin_prefetch(bytes + i);
   }
+  __builtin_prefetch(&lander.world.contacts);
 }
 
 // One thread's share of a step of the batch.
@@ -64,18 +66,16 @@ class Worker {
     moving_.clear();
     for (Pending* const pending : solved) {
       StepConstraints& constraints = pending->state.constraints;
-      moving_.push_back(
-          {&constraints, &constraints.poses, &landers_[pending->index].world.bodies, 0, false});
+      moving_.push_back({&constraints, &landers_[pending->index].world.bodies, 0, false});
     }
     const SolverKernel& kernel = queue_.kernel();
-    const Model model{kShapes, kJointDefinitions};
-    kernel.integrate(moving_, model);
+    kernel.integrate(moving_, model());
     for (std::size_t i = 0; i < solved.size(); ++i) {
       if (moving_[i].corrected) continue;
       moving_[i].iterations =
           solve_position_constraints(solved[i]->state.constraints, moving_[i].iterations);
     }
-    kernel.place(moving_, model);
+    kernel.place(moving_, model());
     for (std::size_t i = 0; i < solved.size(); ++i) {
       const std::size_t index = solved[i]->index;
       conclude_solve(landers_[index].world, solved[i]->state, moving_[i].iterations, coverage_);

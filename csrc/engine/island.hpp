@@ -53,12 +53,11 @@ inline Island find_island(const Contacts& contacts, const std::array<Body, kNumB
 }
 
 // All that the velocity and the position iterations of one step read and change.
-struct StepConstraints : BasicVelocityConstraints<float> {
-  Poses poses;
+struct StepConstraints : VelocityConstraints {
   std::array<ContactPositionConstraint, kMaxContacts> contact_positions;
 };
 
-// Applies forces, sets up the constraints and warm starts them.
+// Applies forces, sets up the constraints, and warm starts the contacts.
 inline void prepare(StepConstraints& constraints, World& world, const Island& island) {
   for (int i = 0; i < kNumBodies; ++i) {
     const Body& body = world.bodies[i];
@@ -78,8 +77,16 @@ inline void prepare(StepConstraints& constraints, World& world, const Island& is
   }
   for (int i = 0; i < kNumLegs; ++i) {
     const int joint = island.joints[i];
-    constraints.joints[i] = prepare(world.joints[joint], kJointDefinitions[joint],
-                                    constraints.poses, constraints.velocities);
+    constraints.joints[i] =
+        prepare(world.joints[joint], kJointDefinitions[joint], constraints.poses);
+  }
+}
+
+// Completes the joints' constraints and warm starts them, after the contacts.
+inline void start_joints(StepConstraints& constraints) {
+  for (JointConstraint& joint : constraints.joints) {
+    set_constants(joint, kJointDefinitions[joint.leg - kLeg0], constraints.poses);
+    warm_start(joint, constraints.velocities);
   }
 }
 

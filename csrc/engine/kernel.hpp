@@ -18,8 +18,6 @@
 
 namespace touchdown::engine {
 
-using VelocityConstraints = BasicVelocityConstraints<float>;
-
 // In flight with both legs at a limit, the iterations soon run in a cycle, mostly of length one,
 // two or four: what an iteration reads and changes has the same bits as that many iterations
 // before. The kernel checks for it after two windows whose length is a multiple of those. Where a
@@ -38,17 +36,17 @@ inline bool may_cycle(const VelocityConstraints& constraints) {
 // The parts of a lander that move after the velocity iterations.
 struct Moving {
   VelocityConstraints* constraints;
-  Poses* poses;
   std::array<Body, kNumBodies>* bodies;
   int iterations;  // position iterations done by `integrate`: one in flight, none otherwise
   bool corrected;  // whether they were enough
 };
 
-// What all landers are made of. The kernel is told, as each of its copies would make its own.
+// What all landers are made of. The kernels are told, as they would otherwise make their own.
 struct Model {
   const std::array<Shape, kNumBodies>& shapes;
   const std::array<JointDefinition, kNumLegs>& joints;
 };
+const Model& model();
 
 // The order of the joints' constraints, unless a leg sleeps.
 inline constexpr std::array<int, kNumLegs> kUsualLegs{kLeg1, kLeg0};
@@ -57,11 +55,14 @@ inline constexpr std::array<int, kNumLegs> kUsualLegs{kLeg1, kLeg0};
 // same joints at a limit, and `lanes` of them share one pass.
 struct SolverKernel {
   std::size_t lanes;
-  // Runs `iterations` velocity iterations.
-  void (*iterate)(std::span<VelocityConstraints* const> items, int iterations);
-  // Runs the first two windows. Sets `done` for those that turn out to cycle: all of their
-  // iterations are then complete.
-  void (*start)(std::span<VelocityConstraints* const> items, std::span<bool> done);
+  // Warm starts the joints, and runs all velocity iterations.
+  void (*solve)(std::span<VelocityConstraints* const> items, const Model& model);
+  // Warm starts the joints, and runs the first two windows. Sets `done` for those that turn out to
+  // cycle: all of their iterations are then complete.
+  void (*start)(std::span<VelocityConstraints* const> items, std::span<bool> done,
+                const Model& model);
+  // Runs the iterations that follow `start`.
+  void (*resume)(std::span<VelocityConstraints* const> items, const Model& model);
   // Integrates the velocities, and runs the first position iteration of those in flight.
   void (*integrate)(std::span<Moving> items, const Model& model);
   // Moves the bodies to their poses, and counts how long they have been at rest.

@@ -12,9 +12,11 @@
 #include <span>
 #include <type_traits>
 
+#include "engine/joint_constants.hpp"
 #include "engine/kernel.hpp"
 #include "engine/lane_rows.hpp"
 #include "engine/lanes.hpp"
+#include "engine/motion.hpp"
 #include "engine/velocity_constraints.hpp"
 #include "simd/kernel_target.hpp"
 
@@ -157,9 +159,46 @@ void load_contacts(Group<F>& group) {
   }
 }
 
+// Copies vectors into the places of one of the group's vectors.
+template <typename F>
+void spread(const void* from, std::size_t count, Floats<kWidth>* to) {
+  const auto* const vectors = static_cast<const Floats<kWidth>*>(from);
+  for (std::size_t i = 0; i < count; ++i) to[i * kVectors<F>] = vectors[i];
+}
+
+// Loads velocities and makes the joints' constraints; warm starts them if the iterations begin.
+template <typename F>
+void load_vector(Group<F>& group, std::size_t v, bool begins, const Model& model) {
+  using V = Floats<kWidth>;
+  BasicVelocities<V> velocities;
+  BasicPoses<V> poses;
+  const auto velocity_rows = rows_of(group, v, [&](std::size_t lane) {
+    return reinterpret_cast<const float*>(&group.items[lane]->velocities);
+  });
+  load_rows<kVelocityFloats, kWidth>(&velocities, velocity_rows);
+  const auto pose_rows = rows_of(group, v, [&](std::size_t lane) {
+    return reinterpret_cast<const float*>(&group.items[lane]->poses);
+  });
+  load_rows<kPoseFloats, kWidth>(&poses, pose_rows);
+  for (std::size_t i = 0; i < kNumLegs; ++i) {
+    BasicJointConstraint<V> joint;
+    joint.leg = group.items[0]->joints[i].leg;
+    const auto joint_rows = rows_of(group, v, [&](std::size_t lane) {
+      return static_cast<const float*>(changing_floats(group.items[lane]->joints[i]));
+    });
+    load_rows<kChangingFloats, kWidth>(changing_floats(joint), joint_rows);
+    set_masses(joint, model.shapes[kHull], model.shapes[static_cast<std::size_t>(joint.leg)]);
+    set_constants(joint, model.joints[static_cast<std::size_t>(joint.leg - kLeg0)], poses);
+    if (begins) warm_start(joint, velocities);
+    spread<F>(&joint, kJointFloats, part_of(group.joints[i], v));
+  }
+  spread<F>(&velocities, kVelocityFloats, part_of(group.velocities, v));
+}
+
 // Fills the lanes with the first of `items`, as many as fit together.
 template <typename F>
-void load(Group<F>& group, std::span<VelocityConstraints* const> items) {
+void load(Group<F>& group, std::span<VelocityConstraints* const> items, bool begins,
+          const Model& model) {
   const VelocityConstraints& first = *items.front();
   group.slots.count = 0;
   std::size_t count = 0;
@@ -170,18 +209,7 @@ void load(Group<F>& group, std::span<VelocityConstraints* const> items) {
   }
   group.items = items.first(count);
 
-  for (std::size_t v = 0; v < kVectors<F>; ++v) {
-    const auto velocities = rows_of(group, v, [&](std::size_t lane) {
-      return reinterpret_cast<const float*>(&group.items[lane]->velocities);
-    });
-    load_rows<kVelocityFloats, kWidth>(part_of(group.velocities, v), velocities, kVectors<F>);
-    for (std::size_t i = 0; i < kNumLegs; ++i) {
-      const auto joints = rows_of(group, v, [&](std::size_t lane) {
-        return reinterpret_cast<const float*>(&group.items[lane]->joints[i]);
-      });
-      load_rows<kJointFloats, kWidth>(part_of(group.joints[i], v), joints, kVectors<F>);
-    }
-  }
+  for (std::size_t v = 0; v < kVectors<F>; ++v) load_vector(group, v, begins, model);
   for (std::size_t i = 0; i < kNumLegs; ++i) {
     group.joints[i].leg = first.joints[i].leg;
     group.joints[i].at_limit = false;

@@ -109,18 +109,20 @@ void copy_lane(const Sums<F>& sums, Group<F>& group, std::size_t lane) {
 
 // Both return how many of `items` they have taken: the first ones, as many as fit.
 template <typename F>
-std::size_t iterate_few(std::span<VelocityConstraints* const> items, int iterations) {
+std::size_t iterate_few(std::span<VelocityConstraints* const> items, bool begins,
+                        const Model& model) {
   Group<F> group;
-  load(group, items);
-  run(group, iterations);
+  load(group, items, begins, model);
+  run(group, begins ? kVelocityIterations : kVelocityIterations - 2 * kWindow);
   store(group);
   return group.items.size();
 }
 
 template <typename F>
-std::size_t start_few(std::span<VelocityConstraints* const> items, std::span<bool> done) {
+std::size_t start_few(std::span<VelocityConstraints* const> items, std::span<bool> done,
+                      const Model& model) {
   Group<F> group;
-  load(group, items);
+  load(group, items, true, model);
   run(group, kWindow);
   const CycleState<F> before = cycle_state(group);
   Window<F> window;
@@ -136,18 +138,28 @@ std::size_t start_few(std::span<VelocityConstraints* const> items, std::span<boo
 }
 
 template <int W>
-void iterate(std::span<VelocityConstraints* const> items, int iterations) {
+void iterate(std::span<VelocityConstraints* const> items, bool begins, const Model& model) {
   while (!items.empty()) {
-    items = items.subspan(items.size() > W ? iterate_few<Pair<Floats<W>>>(items, iterations)
-                                           : iterate_few<Floats<W>>(items, iterations));
+    items = items.subspan(items.size() > W ? iterate_few<Pair<Floats<W>>>(items, begins, model)
+                                           : iterate_few<Floats<W>>(items, begins, model));
   }
 }
 
 template <int W>
-void start(std::span<VelocityConstraints* const> items, std::span<bool> done) {
+void solve(std::span<VelocityConstraints* const> items, const Model& model) {
+  iterate<W>(items, true, model);
+}
+
+template <int W>
+void resume(std::span<VelocityConstraints* const> items, const Model& model) {
+  iterate<W>(items, false, model);
+}
+
+template <int W>
+void start(std::span<VelocityConstraints* const> items, std::span<bool> done, const Model& model) {
   while (!items.empty()) {
-    const std::size_t taken = items.size() > W ? start_few<Pair<Floats<W>>>(items, done)
-                                               : start_few<Floats<W>>(items, done);
+    const std::size_t taken = items.size() > W ? start_few<Pair<Floats<W>>>(items, done, model)
+                                               : start_few<Floats<W>>(items, done, model);
     items = items.subspan(taken);
     done = done.subspan(taken);
   }
@@ -155,8 +167,8 @@ void start(std::span<VelocityConstraints* const> items, std::span<bool> done) {
 
 }  // namespace
 
-extern const SolverKernel kKernel{2 * TOUCHDOWN_WIDTH, &iterate<TOUCHDOWN_WIDTH>,
-                                  &start<TOUCHDOWN_WIDTH>, &integrate<TOUCHDOWN_WIDTH>,
-                                  &place<TOUCHDOWN_WIDTH>};
+extern const SolverKernel kKernel{2 * TOUCHDOWN_WIDTH,         &solve<TOUCHDOWN_WIDTH>,
+                                  &start<TOUCHDOWN_WIDTH>,     &resume<TOUCHDOWN_WIDTH>,
+                                  &integrate<TOUCHDOWN_WIDTH>, &place<TOUCHDOWN_WIDTH>};
 
 }  // namespace touchdown::engine::TOUCHDOWN_KERNEL

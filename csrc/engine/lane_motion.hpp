@@ -7,6 +7,7 @@
 #include <span>
 
 #include "engine/body.hpp"
+#include "engine/joint_constants.hpp"
 #include "engine/joint_position_solver.hpp"
 #include "engine/kernel.hpp"
 #include "engine/lane_rows.hpp"
@@ -18,7 +19,6 @@
 namespace touchdown::engine::TOUCHDOWN_KERNEL {
 namespace {
 
-inline constexpr std::size_t kPoseFloats = sizeof(Poses) / sizeof(float);
 inline constexpr std::size_t kBodyFloats = sizeof(std::array<Body, kNumBodies>) / sizeof(float);
 
 // The same part of each lander; spare lanes repeat the first one's.
@@ -43,17 +43,20 @@ void integrate_few(std::span<Moving> items, const Model& model) {
   using F = Floats<W>;
   const auto velocity_rows =
       rows_of<W>(items, [](const Moving& item) { return &item.constraints->velocities; });
-  const auto pose_rows = rows_of<W>(items, [](const Moving& item) { return item.poses; });
+  const auto pose_rows =
+      rows_of<W>(items, [](const Moving& item) { return &item.constraints->poses; });
   BasicVelocities<F> velocities;
   BasicPoses<F> poses;
   std::array<BasicJointConstraint<F>, kNumLegs> joints;
   load_rows<kVelocityFloats, W>(&velocities, read_only<W>(velocity_rows));
   load_rows<kPoseFloats, W>(&poses, read_only<W>(pose_rows));
   for (std::size_t i = 0; i < kNumLegs; ++i) {
-    const auto rows =
-        rows_of<W>(items, [i](const Moving& item) { return &item.constraints->joints[i]; });
-    load_rows<kJointFloats, W>(&joints[i], read_only<W>(rows));
+    const auto rows = rows_of<W>(
+        items, [i](const Moving& item) { return changing_floats(item.constraints->joints[i]); });
+    load_rows<kChangingFloats, W>(changing_floats(joints[i]), read_only<W>(rows));
     joints[i].leg = kUsualLegs[i];
+    set_masses(joints[i], model.shapes[kHull],
+               model.shapes[static_cast<std::size_t>(joints[i].leg)]);
   }
   typename Lanes<W>::Bits flies{};
   for (std::size_t i = 0; i < items.size(); ++i) {
@@ -88,7 +91,8 @@ void place_few(std::span<Moving> items, const Model& model) {
   using F = Floats<W>;
   const auto velocity_rows =
       rows_of<W>(items, [](const Moving& item) { return &item.constraints->velocities; });
-  const auto pose_rows = rows_of<W>(items, [](const Moving& item) { return item.poses; });
+  const auto pose_rows =
+      rows_of<W>(items, [](const Moving& item) { return &item.constraints->poses; });
   const auto body_rows = rows_of<W>(items, [](const Moving& item) { return item.bodies; });
   BasicVelocities<F> velocities;
   BasicPoses<F> poses;

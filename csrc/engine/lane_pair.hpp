@@ -38,6 +38,10 @@ template <typename V>
 constexpr Pair<V> operator-(Pair<V> a, Pair<V> b) {
   return {a.first - b.first, a.second - b.second};
 }
+template <typename V, Number S>
+constexpr Pair<V> operator-(S a, Pair<V> b) {
+  return {a - b.first, a - b.second};
+}
 template <typename V>
 constexpr Pair<V> operator*(Pair<V> a, Pair<V> b) {
   return {a.first * b.first, a.second * b.second};

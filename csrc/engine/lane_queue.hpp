@@ -190,11 +190,13 @@ class LaneQueue {
     }
     std::array<bool, kMaxLanes> done;
     done.fill(true);
+    const std::span<VelocityConstraints* const> items{constraints.data(), bucket.count};
     if (bucket.kind.stage == Stage::kStart) {
-      kernel_.start({constraints.data(), bucket.count}, {done.data(), bucket.count});
+      kernel_.start(items, {done.data(), bucket.count}, model());
+    } else if (bucket.kind.stage == Stage::kAll) {
+      kernel_.solve(items, model());
     } else {
-      const int started = bucket.kind.stage == Stage::kRest ? 2 * kWindow : 0;
-      kernel_.iterate({constraints.data(), bucket.count}, kVelocityIterations - started);
+      kernel_.resume(items, model());
     }
     for (std::size_t i = 0; i < bucket.count; ++i) {
       if (done[i]) {

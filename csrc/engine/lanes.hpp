@@ -29,7 +29,7 @@ constexpr F broadcast(float value) {
   if constexpr (std::is_same_v<F, float>) {
     return value;
   } else {
-    return F{} + value;
+    return value - F{};  // not a sum, which would lose the sign of -0
   }
 }
 

@@ -58,8 +58,15 @@ inline BasicTransform<F> transform_of(BasicPose<F>& pose, Vec<F> local_center) {
 template <typename F>
 using BasicPoses = std::array<BasicPose<F>, kNumBodies>;
 using Poses = BasicPoses<float>;
+inline constexpr std::size_t kPoseFloats = sizeof(Poses) / sizeof(float);
 using Velocity = BasicVelocity<float>;
 using Velocities = BasicVelocities<float>;
+
+// All that the velocity iterations of one environment need; in lanes, the joints' constraints are
+// made of the poses.
+struct VelocityConstraints : BasicVelocityConstraints<float> {
+  Poses poses;
+};
 
 // Moves a body for `time` seconds. A body too fast for the solver is slowed down first.
 template <typename F>

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "engine/joint_constants.hpp"
 #include "engine/joint_position_solver.hpp"
 #include "engine/math.hpp"
 #include "engine/motion.hpp"
@@ -48,60 +49,34 @@ inline const std::array<JointDefinition, kNumLegs> kJointDefinitions = {
 
 using JointConstraint = BasicJointConstraint<float>;
 
-// The constraint at the bodies' current poses. Applies last step's impulses
-// (b2RevoluteJoint::InitVelocityConstraints).
-inline JointConstraint prepare(Joint& joint, const JointDefinition& definition, Poses& poses,
-                               Velocities& velocities) {
-  JointConstraint c{};
-  c.leg = definition.leg;
-  const float ma = c.hull_inverse_mass = kShapes[kHull].inverse_mass;
-  const float mb = c.leg_inverse_mass = kShapes[definition.leg].inverse_mass;
-  const float ia = c.hull_inverse_inertia = kShapes[kHull].inverse_inertia;
-  const float ib = c.leg_inverse_inertia = kShapes[definition.leg].inverse_inertia;
-  Pose& hull = poses[kHull];
-  Pose& leg = poses[definition.leg];
-  const Vec2 ra = c.hull_arm = rotate(rotation(hull), definition.hull_anchor);
-  const Vec2 rb = c.leg_arm = rotate(rotation(leg), definition.leg_anchor);
-
-  c.xx = ma + mb + ra.y * ra.y * ia + rb.y * rb.y * ib;
-  c.xy = -ra.y * ra.x * ia - rb.y * rb.x * ib;
-  c.xz = -ra.y * ia - rb.y * ib;
-  c.yy = ma + mb + ra.x * ra.x * ia + rb.x * rb.x * ib;
-  c.yz = ra.x * ia + rb.x * ib;
-  c.zz = ia + ib;
-  c.motor_mass = 1.0f / c.zz;
-  c.motor_speed = definition.motor_speed;
-
-  c.yz_cross_x = c.yy * c.zz - c.yz * c.yz;
-  c.yz_cross_y = c.yz * c.xz - c.xy * c.zz;
-  c.yz_cross_z = c.xy * c.yz - c.yy * c.xz;
-  const float determinant_3 = c.xx * c.yz_cross_x + c.xy * c.yz_cross_y + c.xz * c.yz_cross_z;
-  c.minus_inverse_determinant_3 = -(determinant_3 != 0.0f ? 1.0f / determinant_3 : determinant_3);
-  const float determinant_2 = c.xx * c.yy - c.xy * c.xy;
-  c.inverse_determinant_2 = determinant_2 != 0.0f ? 1.0f / determinant_2 : determinant_2;
-
-  const float angle = leg.angle - hull.angle - definition.reference_angle;
+// A constraint without the constants and the warm start of joint_constants.hpp. Updates the limit.
+inline JointConstraint prepare(Joint& joint, const JointDefinition& definition,
+                               const Poses& poses) {
+  const float angle = poses[definition.leg].angle - poses[kHull].angle - definition.reference_angle;
   const LimitState limit = angle <= definition.lower_angle   ? LimitState::kLower
                            : angle >= definition.upper_angle ? LimitState::kUpper
                                                              : LimitState::kNone;
   if (limit != joint.limit || limit == LimitState::kNone) joint.limit_impulse = 0.0f;
   joint.limit = limit;
+  JointConstraint c{};
+  c.leg = definition.leg;
   c.at_limit = limit != LimitState::kNone;
   c.limit_side = limit == LimitState::kUpper ? -1.0f : 1.0f;
   c.limit_floor = c.at_limit ? 0.0f : std::numeric_limits<float>::infinity();
-  if (!c.at_limit) c.xz = c.yz = -0.0f;
   c.impulse = joint.impulse;
   c.limit_impulse = joint.limit_impulse;
   c.motor_impulse = joint.motor_impulse;
-
-  Velocity& a = velocities[kHull];
-  Velocity& b = velocities[definition.leg];
-  const Vec2 p = c.impulse;
-  a.linear -= ma * p;
-  a.angular -= ia * (cross(ra, p) + c.motor_impulse + c.limit_impulse);
-  b.linear += mb * p;
-  b.angular += ib * (cross(rb, p) + c.motor_impulse + c.limit_impulse);
+  set_masses(c, kShapes[kHull], kShapes[definition.leg]);
   return c;
+}
+
+// The constraint at the bodies' current poses. Applies last step's impulses.
+inline JointConstraint prepare(Joint& joint, const JointDefinition& definition, Poses& poses,
+                               Velocities& velocities) {
+  JointConstraint constraint = prepare(joint, definition, poses);
+  set_constants(constraint, definition, poses);
+  warm_start(constraint, velocities);
+  return constraint;
 }
 
 inline void store_impulses(const JointConstraint& constraint, Joint& joint) {

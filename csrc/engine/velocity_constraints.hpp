@@ -107,6 +107,13 @@ struct BasicVelocityConstraints {
 inline constexpr std::size_t kVelocityFloats = sizeof(BasicVelocities<float>) / sizeof(float);
 inline constexpr std::size_t kJointFloats =
     offsetof(BasicJointConstraint<float>, leg) / sizeof(float);
+// The last of them are not functions of the poses.
+inline constexpr std::size_t kChangingFloats =
+    kJointFloats - offsetof(BasicJointConstraint<float>, limit_side) / sizeof(float);
+template <typename F>
+F* changing_floats(BasicJointConstraint<F>& joint) {
+  return &joint.limit_side;
+}
 inline constexpr std::size_t kContactFloats =
     offsetof(BasicContactConstraint<float>, cases_seen) / sizeof(float);
 

@@ -19,6 +19,7 @@ inline Lander seeded_lander(std::uint32_t number, const Config& config = {}) {
 inline Transition finish_alone(Lander& lander, bool solves, StepState& state, Coverage& coverage) {
   if (solves) {
     StepConstraints& constraints = state.constraints;
+    start_joints(constraints);
     for (int iteration = 0; iteration < kVelocityIterations; ++iteration) {
       for (auto& joint : constraints.joints) {
         solve_velocity_constraint(joint, constraints.velocities);
