@@ -1,6 +1,7 @@
 #include "engine/batch.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <vector>
@@ -63,10 +64,22 @@ class Worker {
  private:
   // `finish_solve`, then the end of the step, for each.
   void finish(std::span<Pending* const> solved) {
+    if (solved.size() <= queue_.kernel().lanes / 8) {
+      // Too few for lanes.
+      for (Pending* const pending : solved) {
+        finish_solve(landers_[pending->index].world, pending->state, coverage_);
+      }
+    } else {
+      finish_in_lanes(solved);
+    }
+    for (const Pending* const pending : solved) end_step(pending->index);
+  }
+
+  void finish_in_lanes(std::span<Pending* const> solved) {
     moving_.clear();
     for (Pending* const pending : solved) {
-      StepConstraints& constraints = pending->state.constraints;
-      moving_.push_back({&constraints, &landers_[pending->index].world.bodies, 0, false});
+      std::array<Body, kNumBodies>& bodies = landers_[pending->index].world.bodies;
+      moving_.push_back({&pending->state.constraints, &bodies, 0, false});
     }
     const SolverKernel& kernel = queue_.kernel();
     kernel.integrate(moving_, model());
@@ -77,9 +90,8 @@ class Worker {
     }
     kernel.place(moving_, model());
     for (std::size_t i = 0; i < solved.size(); ++i) {
-      const std::size_t index = solved[i]->index;
-      conclude_solve(landers_[index].world, solved[i]->state, moving_[i].iterations, coverage_);
-      end_step(index);
+      conclude_solve(landers_[solved[i]->index].world, solved[i]->state, moving_[i].iterations,
+                     coverage_);
     }
   }
 
