@@ -29,9 +29,10 @@ constexpr Vec<F> solve_point(const BasicJointConstraint<F>& joint, Vec<F> v) {
 // impulse that the point constraint added; nothing reads its accumulated value within the step.
 template <typename F>
 [[gnu::always_inline]] inline Vec<F> solve_velocity_constraint(BasicJointConstraint<F>& joint,
-                                                               BasicVelocities<F>& velocities) {
+                                                               BasicVelocities<F>& velocities,
+                                                               int leg) {
   BasicVelocity<F> a = velocities[kHull];
-  BasicVelocity<F> b = velocities[joint.leg];
+  BasicVelocity<F> b = velocities[leg];
   const F ma = joint.hull_inverse_mass;
   const F mb = joint.leg_inverse_mass;
   const F ia = joint.hull_inverse_inertia;
@@ -91,8 +92,14 @@ template <typename F>
   a.linear -= ma * impulse;
   b.linear += mb * impulse;
   velocities[kHull] = a;
-  velocities[joint.leg] = b;
+  velocities[leg] = b;
   return impulse;
+}
+
+template <typename F>
+[[gnu::always_inline]] inline Vec<F> solve_velocity_constraint(BasicJointConstraint<F>& joint,
+                                                               BasicVelocities<F>& velocities) {
+  return solve_velocity_constraint(joint, velocities, joint.leg);
 }
 
 }  // namespace touchdown::engine

@@ -28,6 +28,16 @@ void solve_contacts(Group<F>& group) {
 
 template <typename F>
 void run(Group<F>& group, int iterations) {
+  if (group.slots.count == 0 && group.joints[0].leg == kUsualLegs[0]) {
+    // Known legs and no contacts: the velocities stay in registers.
+    BasicVelocities<F> velocities = group.velocities;
+    for (int iteration = 0; iteration < iterations; ++iteration) {
+      solve_velocity_constraint(group.joints[0], velocities, kUsualLegs[0]);
+      solve_velocity_constraint(group.joints[1], velocities, kUsualLegs[1]);
+    }
+    group.velocities = velocities;
+    return;
+  }
   for (int iteration = 0; iteration < iterations; ++iteration) {
     for (auto& joint : group.joints) solve_velocity_constraint(joint, group.velocities);
     solve_contacts(group);
