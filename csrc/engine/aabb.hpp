@@ -9,24 +9,29 @@
 namespace touchdown::engine {
 
 // Only pairs of bodies whose boxes overlap are examined for contact.
-struct Aabb {
-  Vec2 lower;
-  Vec2 upper;
+template <typename F>
+struct BasicAabb {
+  Vec<F> lower;
+  Vec<F> upper;
 };
+using Aabb = BasicAabb<float>;
 
-constexpr Aabb grown(const Aabb& box, float margin) {
-  const Vec2 r{margin, margin};
+template <typename F>
+constexpr BasicAabb<F> grown(const BasicAabb<F>& box, float margin) {
+  const Vec<F> r{broadcast<F>(margin), broadcast<F>(margin)};
   return {box.lower - r, box.upper + r};
 }
 constexpr bool overlap(const Aabb& a, const Aabb& b) {
   return !(b.lower.x > a.upper.x || b.lower.y > a.upper.y || a.lower.x > b.upper.x ||
            a.lower.y > b.upper.y);
 }
-constexpr bool contains(const Aabb& outer, const Aabb& inner) {
+template <typename F>
+constexpr auto contains(const BasicAabb<F>& outer, const BasicAabb<F>& inner) {
   return outer.lower.x <= inner.lower.x && outer.lower.y <= inner.lower.y &&
          inner.upper.x <= outer.upper.x && inner.upper.y <= outer.upper.y;
 }
-constexpr Aabb combined(const Aabb& a, const Aabb& b) {
+template <typename F>
+constexpr BasicAabb<F> combined(const BasicAabb<F>& a, const BasicAabb<F>& b) {
   return {smaller(a.lower, b.lower), larger(a.upper, b.upper)};
 }
 

@@ -1,10 +1,11 @@
-// Many landers stepped together: all is scalar but the velocity iterations, which run in lanes.
+// Many landers stepped together, in lanes where most of the work is.
 // Box2D has no counterpart: each lander has a b2World of its own.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "engine/lander.hpp"
 #include "engine/lane_queue.hpp"
@@ -30,6 +31,7 @@ struct alignas(128) Workspace {
 
   LaneQueue queue;
   Coverage coverage{};
+  std::vector<Moving> moving;  // its elements are used during one call only
 };
 
 // Carries out each lander's task. `throttles` and `tasks` have one entry per lander, and there is

@@ -5,14 +5,12 @@
 // starts with the newest.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 
 #include "engine/aabb.hpp"
 #include "engine/body.hpp"
 #include "engine/contact.hpp"
-#include "engine/shapes.hpp"
 #include "engine/terrain.hpp"
 
 namespace touchdown::engine {
@@ -27,11 +25,11 @@ inline bool has_contact(const Contacts& contacts, int edge, int body) {
 // Adds the pairs whose boxes have begun to overlap (b2ContactManager::FindNewContacts).
 inline void find_new_contacts(Contacts& contacts, const Terrain& terrain,
                               std::array<Body, kNumBodies>& bodies) {
-  const bool all_above = std::all_of(bodies.begin(), bodies.end(), [&](const Body& body) {
-    return body.fat_aabb.lower.y > terrain.top;
-  });
-  if (all_above) return;
+  Aabb all = bodies[kHull].fat_aabb;
+  for (int leg = kLeg0; leg <= kLeg1; ++leg) all = combined(all, bodies[leg].fat_aabb);
+  if (all.lower.y > terrain.top) return;
   for (int edge = 0; edge < kNumEdges; ++edge) {
+    if (!overlap(terrain.edges[edge].fat_aabb, all)) continue;
     for (int body = 0; body < kNumBodies; ++body) {
       if (!overlap(terrain.edges[edge].fat_aabb, bodies[body].fat_aabb)) continue;
       if (has_contact(contacts, edge, body)) continue;
@@ -69,17 +67,6 @@ inline void update_contacts(Contacts& contacts, const Terrain& terrain,
       destroy_contact(contacts, i, bodies, flags);
     }
   }
-}
-
-// Once the body has left its fat box, makes a new one around its motion from `start` and a
-// prediction of the next step (b2Fixture::Synchronize, b2DynamicTree::MoveProxy).
-inline void synchronize_aabb(Body& body, const Shape& shape, const Transform& start) {
-  const Aabb swept = combined(aabb_of(shape, start), aabb_of(shape, body.transform));
-  if (contains(body.fat_aabb, swept)) return;
-  body.fat_aabb = grown(swept, kAabbExtension);
-  const Vec2 ahead = 2.0f * (body.transform.origin - start.origin);
-  (ahead.x < 0.0f ? body.fat_aabb.lower.x : body.fat_aabb.upper.x) += ahead.x;
-  (ahead.y < 0.0f ? body.fat_aabb.lower.y : body.fat_aabb.upper.y) += ahead.y;
 }
 
 }  // namespace touchdown::engine

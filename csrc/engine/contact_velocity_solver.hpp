@@ -35,23 +35,22 @@ inline void solve_two_points(BasicContactConstraint<F>& contact, BasicVelocity<F
   const auto both = after.x >= 0.0f && after.y >= 0.0f;
   auto solved = both;
   if (all(both)) {
-    contact.cases_seen |= kBothPush;
+    contact.cases_seen |= Whole<F>{} + kBothPush;
   } else {
     const F zero{};
     const Vec<F> single{-first.normal_mass * free.x, -second.normal_mass * free.y};
     const auto only_first = single.x >= 0.0f && contact.k12 * single.x + free.y >= 0.0f;
     const auto only_second = single.y >= 0.0f && contact.k12 * single.y + free.x >= 0.0f;
     const auto neither = free.x >= 0.0f && free.y >= 0.0f;
-    after.x = both ? after.x : only_first ? single.x : zero;
-    after.y = both ? after.y : only_first ? zero : only_second ? single.y : zero;
+    after.x = pick(both, after.x, pick(only_first, single.x, zero));
+    after.y = pick(both, after.y, pick(only_first, zero, pick(only_second, single.y, zero)));
     // Rounding may leave no valid case: the impulses stay, and the next iteration tries again.
     solved = both || only_first || only_second || neither;
     const auto bit = [](int block_case) { return Whole<F>{} + block_case; };
-    contact.cases_seen |= both          ? bit(kBothPush)
-                          : only_first  ? bit(kFirstPushes)
-                          : only_second ? bit(kSecondPushes)
-                          : neither     ? bit(kNeitherPushes)
-                                        : bit(kNoSolution);
+    contact.cases_seen |= pick(both, bit(kBothPush),
+                               pick(only_first, bit(kFirstPushes),
+                                    pick(only_second, bit(kSecondPushes),
+                                         pick(neither, bit(kNeitherPushes), bit(kNoSolution)))));
   }
 
   const Vec<F> change = after - before;
@@ -65,9 +64,9 @@ inline void solve_two_points(BasicContactConstraint<F>& contact, BasicVelocity<F
     first.normal_impulse = after.x;
     second.normal_impulse = after.y;
   } else {
-    body = {select(solved, linear, body.linear), solved ? angular : body.angular};
-    first.normal_impulse = solved ? after.x : before.x;
-    second.normal_impulse = solved ? after.y : before.y;
+    body = {select(solved, linear, body.linear), pick(solved, angular, body.angular)};
+    first.normal_impulse = pick(solved, after.x, before.x);
+    second.normal_impulse = pick(solved, after.y, before.y);
   }
 }
 

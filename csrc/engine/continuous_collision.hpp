@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <optional>
 
 #include "engine/body.hpp"
 #include "engine/contact.hpp"
@@ -48,8 +49,11 @@ inline TimeOfImpactEvent find_first_event(World& world) {
         advance_start(body.sweep, world.moon_start_time);
       }
       const float start = body.sweep.start_time;
-      const auto beta =
-          time_of_impact(world.terrain.edges[contact.edge], kShapes[contact.body], body.sweep);
+      const Edge& edge = world.terrain.edges[contact.edge];
+      const Shape& shape = kShapes[contact.body];
+      const auto beta = is_out_of_reach(edge, shape, body.sweep, body.transform)
+                            ? std::nullopt
+                            : time_of_impact(edge, shape, body.sweep);
       contact.toi = beta ? smaller(start + (1.0f - start) * *beta, 1.0f) : 1.0f;
       contact.toi_known = 1;
     }

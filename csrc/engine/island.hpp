@@ -16,6 +16,7 @@
 #include "engine/coverage.hpp"
 #include "engine/motion.hpp"
 #include "engine/revolute_joint.hpp"
+#include "engine/shapes.hpp"
 #include "engine/velocity_constraints.hpp"
 #include "engine/world.hpp"
 
@@ -52,12 +53,11 @@ inline Island find_island(const Contacts& contacts, const std::array<Body, kNumB
 }
 
 // All that the velocity and the position iterations of one step read and change.
-struct StepConstraints : BasicVelocityConstraints<float> {
-  Poses poses;
+struct StepConstraints : VelocityConstraints {
   std::array<ContactPositionConstraint, kMaxContacts> contact_positions;
 };
 
-// Applies forces, sets up the constraints and warm starts them.
+// Applies forces, sets up the constraints, and warm starts the contacts.
 inline void prepare(StepConstraints& constraints, World& world, const Island& island) {
   for (int i = 0; i < kNumBodies; ++i) {
     const Body& body = world.bodies[i];
@@ -77,8 +77,16 @@ inline void prepare(StepConstraints& constraints, World& world, const Island& is
   }
   for (int i = 0; i < kNumLegs; ++i) {
     const int joint = island.joints[i];
-    constraints.joints[i] = prepare(world.joints[joint], kJointDefinitions[joint],
-                                    constraints.poses, constraints.velocities);
+    constraints.joints[i] =
+        prepare(world.joints[joint], kJointDefinitions[joint], constraints.poses);
+  }
+}
+
+// Completes the joints' constraints and warm starts them, after the contacts.
+inline void start_joints(StepConstraints& constraints) {
+  for (JointConstraint& joint : constraints.joints) {
+    set_constants(joint, kJointDefinitions[joint.leg - kLeg0], constraints.poses);
+    warm_start(joint, constraints.velocities);
   }
 }
 
@@ -89,9 +97,9 @@ inline void integrate(StepConstraints& constraints) {
 }
 
 // Returns the number of iterations after which all errors were small; one more than the maximum if
-// they never were.
-inline int solve_position_constraints(StepConstraints& constraints) {
-  for (int iteration = 1; iteration <= kPositionIterations; ++iteration) {
+// they never were. The first `done` iterations were not enough.
+inline int solve_position_constraints(StepConstraints& constraints, int done = 0) {
+  for (int iteration = done + 1; iteration <= kPositionIterations; ++iteration) {
     float min_separation = 0.0f;
     for (int i = 0; i < constraints.num_contacts; ++i) {
       min_separation =
@@ -109,44 +117,27 @@ inline int solve_position_constraints(StepConstraints& constraints) {
   return kPositionIterations + 1;
 }
 
-inline void write_back(StepConstraints& constraints, World& world, const Island& island) {
+// Moves the bodies to their poses.
+inline void place(StepConstraints& constraints, std::array<Body, kNumBodies>& bodies) {
+  for (int i = 0; i < kNumBodies; ++i) {
+    move_to(bodies[i], kShapes[i], constraints.poses[i], constraints.velocities[i]);
+    update_sleep_time(bodies[i]);
+  }
+}
+
+inline void store_impulses(const StepConstraints& constraints, World& world, const Island& island) {
   for (int i = 0; i < constraints.num_contacts; ++i) {
     store_impulses(constraints.contacts[i], world.contacts.items[island.contacts[i]].manifold);
   }
   for (const JointConstraint& joint : constraints.joints) {
     store_impulses(joint, world.joints[joint.leg - kLeg0]);
   }
-  for (int i = 0; i < kNumBodies; ++i) {
-    Body& body = world.bodies[i];
-    const Shape& shape = kShapes[i];
-    // Not the body's own transform: that of a body just made differs by a rounding.
-    const Transform start =
-        transform_about(body.sweep.center, body.transform.rotation, shape.local_center);
-    body.sweep.start_center = body.sweep.center;
-    body.sweep.start_angle = body.sweep.angle;
-    body.sweep.center = constraints.poses[i].center;
-    body.sweep.angle = constraints.poses[i].angle;
-    body.linear_velocity = constraints.velocities[i].linear;
-    body.angular_velocity = constraints.velocities[i].angular;
-    body.transform = transform_of(constraints.poses[i], shape.local_center);
-    synchronize_aabb(body, shape, start);
-  }
 }
 
 // All bodies fall asleep together, once each has been at rest for long enough.
-inline bool update_sleep(std::array<Body, kNumBodies>& bodies, bool solved) {
+inline bool fall_asleep(std::array<Body, kNumBodies>& bodies, bool solved) {
   float min_sleep_time = FLT_MAX;
-  for (Body& body : bodies) {
-    if (body.angular_velocity * body.angular_velocity >
-            kAngularSleepTolerance * kAngularSleepTolerance ||
-        dot(body.linear_velocity, body.linear_velocity) >
-            kLinearSleepTolerance * kLinearSleepTolerance) {
-      body.sleep_time = 0.0f;
-    } else {
-      body.sleep_time += kTimeStep;
-    }
-    min_sleep_time = smaller(min_sleep_time, body.sleep_time);
-  }
+  for (const Body& body : bodies) min_sleep_time = smaller(min_sleep_time, body.sleep_time);
   if (!(min_sleep_time >= kTimeToSleep && solved)) return false;
   for (Body& body : bodies) put_to_sleep(body);
   return true;
@@ -180,19 +171,25 @@ inline void begin_solve(World& world, StepState& state, Coverage& coverage) {
   prepare(state.constraints, world, state.island);
 }
 
-inline void finish_solve(World& world, StepState& state, Coverage& coverage) {
-  StepConstraints& constraints = state.constraints;
-  integrate(constraints);
-  const int num_iterations = solve_position_constraints(constraints);
-  write_back(constraints, world, state.island);
-
+// What follows once the bodies are at their new places.
+inline void conclude_solve(World& world, const StepState& state, int num_iterations,
+                           Coverage& coverage) {
+  const StepConstraints& constraints = state.constraints;
+  store_impulses(constraints, world, state.island);
   for (int i = 0; i < kNumLegs; ++i) {
     coverage.limit_switches += world.joints[i].limit != state.limits[i];
   }
   coverage.all_position_iterations += num_iterations >= kPositionIterations;
   count_contacts(constraints, coverage);
-  coverage.fell_asleep += update_sleep(world.bodies, num_iterations <= kPositionIterations);
+  coverage.fell_asleep += fall_asleep(world.bodies, num_iterations <= kPositionIterations);
   find_new_contacts(world.contacts, world.terrain, world.bodies);
+}
+
+inline void finish_solve(World& world, StepState& state, Coverage& coverage) {
+  integrate(state.constraints);
+  const int num_iterations = solve_position_constraints(state.constraints);
+  place(state.constraints, world.bodies);
+  conclude_solve(world, state, num_iterations, coverage);
 }
 
 }  // namespace touchdown::engine

@@ -29,9 +29,10 @@ constexpr Vec<F> solve_point(const BasicJointConstraint<F>& joint, Vec<F> v) {
 // impulse that the point constraint added; nothing reads its accumulated value within the step.
 template <typename F>
 [[gnu::always_inline]] inline Vec<F> solve_velocity_constraint(BasicJointConstraint<F>& joint,
-                                                               BasicVelocities<F>& velocities) {
+                                                               BasicVelocities<F>& velocities,
+                                                               int leg) {
   BasicVelocity<F> a = velocities[kHull];
-  BasicVelocity<F> b = velocities[joint.leg];
+  BasicVelocity<F> b = velocities[leg];
   const F ma = joint.hull_inverse_mass;
   const F mb = joint.leg_inverse_mass;
   const F ia = joint.hull_inverse_inertia;
@@ -71,15 +72,16 @@ template <typename F>
                              joint.xy * (joint.yz * drift.x - joint.xy * rotation_rate) +
                              joint.xz * (joint.xy * drift.y - joint.yy * drift.x));
     const F sum = joint.limit_impulse + angular_impulse;
-    const auto releases = joint.limit_side * sum < 0.0f;
+    const auto releases = joint.limit_side * sum < joint.limit_floor;
     if (any(releases)) {
       // A limit can only push. Its accumulated impulse becomes zero, and the point constraint is
-      // solved again without it.
+      // solved again without it. For a joint that is not at a limit, this is what the other branch
+      // computes, to the last bit: its limit impulse is +0, and its `xz` and `yz` are -0.
       const Vec<F> point_only =
           solve_point(joint, joint.limit_impulse * Vec<F>{joint.xz, joint.yz} - drift);
       impulse = select(releases, point_only, impulse);
-      angular_impulse = releases ? -joint.limit_impulse : angular_impulse;
-      joint.limit_impulse = releases ? F{} : sum;
+      angular_impulse = pick(releases, -joint.limit_impulse, angular_impulse);
+      joint.limit_impulse = pick(releases, F{}, sum);
     } else {
       joint.limit_impulse = sum;
     }
@@ -90,8 +92,14 @@ template <typename F>
   a.linear -= ma * impulse;
   b.linear += mb * impulse;
   velocities[kHull] = a;
-  velocities[joint.leg] = b;
+  velocities[leg] = b;
   return impulse;
+}
+
+template <typename F>
+[[gnu::always_inline]] inline Vec<F> solve_velocity_constraint(BasicJointConstraint<F>& joint,
+                                                               BasicVelocities<F>& velocities) {
+  return solve_velocity_constraint(joint, velocities, joint.leg);
 }
 
 }  // namespace touchdown::engine

@@ -1,5 +1,8 @@
 #include "engine/kernel.hpp"
 
+#include "engine/revolute_joint.hpp"
+#include "engine/shapes.hpp"
+
 namespace touchdown::engine {
 
 namespace baseline {
@@ -22,6 +25,11 @@ const SolverKernel& kernel(simd::InstructionSet set) {
   constexpr simd::Kernels<SolverKernel> kernels{&baseline::kKernel};
 #endif
   return kernels[set];
+}
+
+const Model& model() {
+  static const Model made{kShapes, kJointDefinitions};
+  return made;
 }
 
 const SolverKernel& kernel() { return kernel(simd::chosen()); }

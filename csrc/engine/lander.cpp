@@ -146,8 +146,8 @@ bool begin_step(Lander& lander, const Throttle& throttle, StepState& state, Cove
   return begin_step(lander.world, state, coverage);
 }
 
-Transition finish_step(Lander& lander, bool solved, StepState& state, Coverage& coverage) {
-  finish_step(lander.world, solved, state, coverage);
+Transition end_step(Lander& lander, Coverage& coverage) {
+  end_step(lander.world, coverage);
 
   const auto observed = observe(lander.world);
   if (observed[6] + observed[7] == 1.0) ++coverage.one_leg_steps;

@@ -65,10 +65,10 @@ Lander make_lander(const Config& config);
 // `entropy` is the seed in base 2^32, lowest word first.
 void seed(Lander& lander, std::span<const std::uint32_t> entropy);
 
-// A step in two halves, with the velocity iterations between them left to the caller. The first
-// half returns whether there are any.
+// A step in two halves, with what is between them left to the caller, if the first half returns
+// true: the velocity iterations, then `finish_solve` of the world.
 bool begin_step(Lander& lander, const Throttle& throttle, StepState& state, Coverage& coverage);
-Transition finish_step(Lander& lander, bool solved, StepState& state, Coverage& coverage);
+Transition end_step(Lander& lander, Coverage& coverage);
 
 // Instead of `begin_step`: starts an episode with the next random numbers, and begins the step that
 // stock takes before it returns the first observation.

@@ -5,6 +5,7 @@
 // and `?:` selects lane by lane.
 #pragma once
 
+#include <cmath>
 #include <type_traits>
 
 #if defined(__x86_64__)
@@ -28,7 +29,7 @@ constexpr F broadcast(float value) {
   if constexpr (std::is_same_v<F, float>) {
     return value;
   } else {
-    return F{} + value;
+    return value - F{};  // not a sum, which would lose the sign of -0
   }
 }
 
@@ -54,6 +55,28 @@ inline __m512 larger(__m512 a, __m512 b) { return _mm512_max_ps(a, b); }
 inline Floats<4> smaller(Floats<4> a, Floats<4> b) { return a < b ? a : b; }
 inline Floats<4> larger(Floats<4> a, Floats<4> b) { return a > b ? a : b; }
 #endif
+
+// Square roots, rounded as those of floats are.
+inline float root(float a) { return std::sqrt(a); }
+#if defined(__x86_64__)
+inline __m128 root(__m128 a) { return _mm_sqrt_ps(a); }
+#if defined(__AVX2__)
+inline __m256 root(__m256 a) { return _mm256_sqrt_ps(a); }
+#endif
+#if defined(__AVX512F__)
+inline __m512 root(__m512 a) { return _mm512_sqrt_ps(a); }
+#endif
+#else
+inline Floats<4> root(Floats<4> a) {
+  return Floats<4>{root(a[0]), root(a[1]), root(a[2]), root(a[3])};
+}
+#endif
+
+// `condition ? a : b`, lane by lane.
+template <typename Mask, typename T>
+constexpr T pick(Mask condition, T a, T b) {
+  return condition ? a : b;
+}
 
 constexpr bool any(bool condition) { return condition; }
 constexpr bool all(bool condition) { return condition; }

@@ -97,14 +97,16 @@ inline Manifold collide(const Edge& edge, const Shape& shape, const Transform& t
   const Vec2 outward = front ? edge.normal : -edge.normal;
 
   std::array<Vec2, Shape::kMaxVertices> vertices;
-  std::array<Vec2, Shape::kMaxVertices> normals;
   float edge_separation = FLT_MAX;
   for (int i = 0; i < shape.count; ++i) {
     vertices[i] = to_world(to_edge, shape.vertices[i]);
-    normals[i] = rotate(to_edge.rotation, shape.normals[i]);
     edge_separation = smaller(dot(outward, vertices[i] - edge.start), edge_separation);
   }
   if (edge_separation > max_separation) return manifold;
+  std::array<Vec2, Shape::kMaxVertices> normals;
+  for (int i = 0; i < shape.count; ++i) {
+    normals[i] = rotate(to_edge.rotation, shape.normals[i]);
+  }
 
   // The polygon's axes count only if they oppose the edge's.
   int side = -1;

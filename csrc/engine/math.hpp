@@ -47,9 +47,15 @@ constexpr Vec<F>& operator-=(Vec<F>& a, Vec<F> b) {
   return a = a - b;
 }
 
+// The same vector in every lane.
+template <typename F>
+constexpr Vec<F> broadcast(Vec2 a) {
+  return {broadcast<F>(a.x), broadcast<F>(a.y)};
+}
+
 template <typename Mask, typename F>
 constexpr Vec<F> select(Mask condition, Vec<F> a, Vec<F> b) {
-  return {condition ? a.x : b.x, condition ? a.y : b.y};
+  return {pick(condition, a.x, b.x), pick(condition, a.y, b.y)};
 }
 
 template <typename F>
@@ -69,7 +75,10 @@ constexpr Vec<F> cross(F s, Vec<F> a) {
   return {-(s * a.y), s * a.x};
 }
 
-inline float length(Vec2 a) { return std::sqrt(a.x * a.x + a.y * a.y); }
+template <typename F>
+inline F length(Vec<F> a) {
+  return root(a.x * a.x + a.y * a.y);
+}
 
 // Makes `a` a unit vector and returns its former length; a vector too short to have a direction
 // stays.
@@ -90,19 +99,31 @@ template <typename F>
 constexpr F clamp(F a, F low, F high) {
   return larger(low, smaller(a, high));
 }
-constexpr float magnitude(float a) { return a > 0.0f ? a : -a; }
+template <typename F>
+constexpr F magnitude(F a) {
+  return a > 0.0f ? a : -a;
+}
 
-constexpr Vec2 smaller(Vec2 a, Vec2 b) { return {smaller(a.x, b.x), smaller(a.y, b.y)}; }
-constexpr Vec2 larger(Vec2 a, Vec2 b) { return {larger(a.x, b.x), larger(a.y, b.y)}; }
+template <typename F>
+constexpr Vec<F> smaller(Vec<F> a, Vec<F> b) {
+  return {smaller(a.x, b.x), smaller(a.y, b.y)};
+}
+template <typename F>
+constexpr Vec<F> larger(Vec<F> a, Vec<F> b) {
+  return {larger(a.x, b.x), larger(a.y, b.y)};
+}
 
-struct Rotation {
-  float sin;
-  float cos;
+template <typename F>
+struct BasicRotation {
+  F sin;
+  F cos;
 };
+using Rotation = BasicRotation<float>;
 
 inline Rotation rotation(float angle) { return {std::sin(angle), std::cos(angle)}; }
 
-constexpr Vec2 rotate(Rotation q, Vec2 v) {
+template <typename F>
+constexpr Vec<F> rotate(BasicRotation<F> q, Vec<F> v) {
   return {q.cos * v.x - q.sin * v.y, q.sin * v.x + q.cos * v.y};
 }
 constexpr Vec2 rotate_back(Rotation q, Vec2 v) {
@@ -110,21 +131,26 @@ constexpr Vec2 rotate_back(Rotation q, Vec2 v) {
 }
 
 // From a body's own coordinates to the world's.
-struct Transform {
-  Vec2 origin;
-  Rotation rotation;
+template <typename F>
+struct BasicTransform {
+  Vec<F> origin;
+  BasicRotation<F> rotation;
 };
+using Transform = BasicTransform<float>;
 
 // The moon's. Multiplications by its zeros are not left out, because a zero has a sign.
 inline constexpr Transform kMoonTransform{{0.0f, 0.0f}, {0.0f, 1.0f}};
 
 // The transform of a body whose centre of mass, `local_center` in its own coordinates, is at
 // `center`.
-constexpr Transform transform_about(Vec2 center, Rotation q, Vec2 local_center) {
+template <typename F>
+constexpr BasicTransform<F> transform_about(Vec<F> center, BasicRotation<F> q,
+                                            Vec<F> local_center) {
   return {center - rotate(q, local_center), q};
 }
 
-constexpr Vec2 to_world(const Transform& t, Vec2 v) {
+template <typename F>
+constexpr Vec<F> to_world(const BasicTransform<F>& t, Vec<F> v) {
   return {(t.rotation.cos * v.x - t.rotation.sin * v.y) + t.origin.x,
           (t.rotation.sin * v.x + t.rotation.cos * v.y) + t.origin.y};
 }

@@ -4,55 +4,84 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <type_traits>
 
+#include "engine/lanes.hpp"
 #include "engine/math.hpp"
 #include "engine/settings.hpp"
 #include "engine/velocity_constraints.hpp"
 
 namespace touchdown::engine {
 
-struct Pose {
-  Vec2 center;
-  float angle;
+template <typename F>
+struct BasicPose {
+  Vec<F> center;
+  F angle;
   // The last rotation computed. Iterations often return to an angle, and a sine costs as much as
   // all the rest of an iteration.
-  float cached_angle;
-  Rotation cached_rotation;
+  F cached_angle;
+  BasicRotation<F> cached_rotation;
 };
+using Pose = BasicPose<float>;
 
 inline Pose pose_at(Vec2 center, float angle, Rotation rotation) {
   return {center, angle, angle, rotation};
 }
 
-inline Rotation rotation(Pose& pose) {
+template <typename F>
+inline BasicRotation<F> rotation(BasicPose<F>& pose) {
   // Equal floats have equal sines, except for the two zeros.
-  if (pose.angle != pose.cached_angle || pose.angle == 0.0f) {
-    pose.cached_angle = pose.angle;
+  const auto stale = pose.angle != pose.cached_angle || pose.angle == 0.0f;
+  if (!any(stale)) return pose.cached_rotation;
+  if constexpr (std::is_same_v<F, float>) {
     pose.cached_rotation = rotation(pose.angle);
+  } else {
+    for (std::size_t lane = 0; lane < sizeof(F) / sizeof(float); ++lane) {
+      if (stale[lane] == 0) continue;
+      const Rotation q = rotation(pose.angle[lane]);
+      pose.cached_rotation.sin[lane] = q.sin;
+      pose.cached_rotation.cos[lane] = q.cos;
+    }
   }
+  pose.cached_angle = pose.angle;
   return pose.cached_rotation;
 }
 
 // The body's transform; `local_center` is its centre of mass in its own coordinates.
-inline Transform transform_of(Pose& pose, Vec2 local_center) {
-  const Rotation q = rotation(pose);
+template <typename F>
+inline BasicTransform<F> transform_of(BasicPose<F>& pose, Vec<F> local_center) {
+  const BasicRotation<F> q = rotation(pose);
   return transform_about(pose.center, q, local_center);
 }
 
-using Poses = std::array<Pose, kNumBodies>;
+template <typename F>
+using BasicPoses = std::array<BasicPose<F>, kNumBodies>;
+using Poses = BasicPoses<float>;
+inline constexpr std::size_t kPoseFloats = sizeof(Poses) / sizeof(float);
 using Velocity = BasicVelocity<float>;
 using Velocities = BasicVelocities<float>;
 
+// All that the velocity iterations of one environment need; in lanes, the joints' constraints are
+// made of the poses.
+struct VelocityConstraints : BasicVelocityConstraints<float> {
+  Poses poses;
+};
+
 // Moves a body for `time` seconds. A body too fast for the solver is slowed down first.
-inline void integrate(Pose& pose, Velocity& velocity, float time) {
-  const Vec2 translation = time * velocity.linear;
-  if (dot(translation, translation) > kMaxTranslation * kMaxTranslation) {
-    const float ratio = kMaxTranslation / length(translation);
-    velocity.linear = ratio * velocity.linear;
+template <typename F>
+inline void integrate(BasicPose<F>& pose, BasicVelocity<F>& velocity, F time) {
+  const Vec<F> translation = time * velocity.linear;
+  const auto too_fast = dot(translation, translation) > kMaxTranslation * kMaxTranslation;
+  if (any(too_fast)) {
+    const F ratio = kMaxTranslation / length(translation);
+    velocity.linear = select(too_fast, ratio * velocity.linear, velocity.linear);
   }
-  const float rotation = time * velocity.angular;
-  if (rotation * rotation > kMaxRotation * kMaxRotation) {
-    velocity.angular *= kMaxRotation / magnitude(rotation);
+  const F rotation = time * velocity.angular;
+  const auto turns_too_fast = rotation * rotation > kMaxRotation * kMaxRotation;
+  if (any(turns_too_fast)) {
+    const F slower = velocity.angular * (kMaxRotation / magnitude(rotation));
+    velocity.angular = turns_too_fast ? slower : velocity.angular;
   }
   pose.center += time * velocity.linear;
   pose.angle += time * velocity.angular;

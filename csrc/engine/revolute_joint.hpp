@@ -1,13 +1,16 @@
 // The revolute joint between the hull and a leg: a shared point, a motor that pushes the leg
 // outwards, and limits on the angle.
 //
-// Box2D: b2RevoluteJoint, b2RevoluteJointDef (JointDefinition) and b2LimitState. Its velocity
-// iterations are in joint_velocity_solver.hpp.
+// Box2D: b2RevoluteJoint, b2RevoluteJointDef (JointDefinition) and b2LimitState. Its
+// iterations are in joint_velocity_solver.hpp and joint_position_solver.hpp.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <limits>
 
+#include "engine/joint_constants.hpp"
+#include "engine/joint_position_solver.hpp"
 #include "engine/math.hpp"
 #include "engine/motion.hpp"
 #include "engine/settings.hpp"
@@ -24,17 +27,6 @@ struct Joint {
   float limit_impulse;
   float motor_impulse;
   LimitState limit;
-};
-
-// What the joint was made with.
-struct JointDefinition {
-  int leg;
-  Vec2 hull_anchor;  // from the centre of mass
-  Vec2 leg_anchor;   // from the centre of mass
-  float reference_angle;
-  float lower_angle;
-  float upper_angle;
-  float motor_speed;
 };
 
 inline JointDefinition make_joint_definition(int leg) {
@@ -57,113 +49,40 @@ inline const std::array<JointDefinition, kNumLegs> kJointDefinitions = {
 
 using JointConstraint = BasicJointConstraint<float>;
 
-// The constraint at the bodies' current poses. Applies last step's impulses
-// (b2RevoluteJoint::InitVelocityConstraints).
-inline JointConstraint prepare(Joint& joint, const JointDefinition& definition, Poses& poses,
-                               Velocities& velocities) {
-  JointConstraint c{};
-  c.leg = definition.leg;
-  const float ma = c.hull_inverse_mass = kShapes[kHull].inverse_mass;
-  const float mb = c.leg_inverse_mass = kShapes[definition.leg].inverse_mass;
-  const float ia = c.hull_inverse_inertia = kShapes[kHull].inverse_inertia;
-  const float ib = c.leg_inverse_inertia = kShapes[definition.leg].inverse_inertia;
-  Pose& hull = poses[kHull];
-  Pose& leg = poses[definition.leg];
-  const Vec2 ra = c.hull_arm = rotate(rotation(hull), definition.hull_anchor);
-  const Vec2 rb = c.leg_arm = rotate(rotation(leg), definition.leg_anchor);
-
-  c.xx = ma + mb + ra.y * ra.y * ia + rb.y * rb.y * ib;
-  c.xy = -ra.y * ra.x * ia - rb.y * rb.x * ib;
-  c.xz = -ra.y * ia - rb.y * ib;
-  c.yy = ma + mb + ra.x * ra.x * ia + rb.x * rb.x * ib;
-  c.yz = ra.x * ia + rb.x * ib;
-  c.zz = ia + ib;
-  c.motor_mass = 1.0f / c.zz;
-  c.motor_speed = definition.motor_speed;
-
-  c.yz_cross_x = c.yy * c.zz - c.yz * c.yz;
-  c.yz_cross_y = c.yz * c.xz - c.xy * c.zz;
-  c.yz_cross_z = c.xy * c.yz - c.yy * c.xz;
-  const float determinant_3 = c.xx * c.yz_cross_x + c.xy * c.yz_cross_y + c.xz * c.yz_cross_z;
-  c.minus_inverse_determinant_3 = -(determinant_3 != 0.0f ? 1.0f / determinant_3 : determinant_3);
-  const float determinant_2 = c.xx * c.yy - c.xy * c.xy;
-  c.inverse_determinant_2 = determinant_2 != 0.0f ? 1.0f / determinant_2 : determinant_2;
-
-  const float angle = leg.angle - hull.angle - definition.reference_angle;
+// A constraint without the constants and the warm start of joint_constants.hpp. Updates the limit.
+inline JointConstraint prepare(Joint& joint, const JointDefinition& definition,
+                               const Poses& poses) {
+  const float angle = poses[definition.leg].angle - poses[kHull].angle - definition.reference_angle;
   const LimitState limit = angle <= definition.lower_angle   ? LimitState::kLower
                            : angle >= definition.upper_angle ? LimitState::kUpper
                                                              : LimitState::kNone;
   if (limit != joint.limit || limit == LimitState::kNone) joint.limit_impulse = 0.0f;
   joint.limit = limit;
+  JointConstraint c{};
+  c.leg = definition.leg;
   c.at_limit = limit != LimitState::kNone;
   c.limit_side = limit == LimitState::kUpper ? -1.0f : 1.0f;
+  c.limit_floor = c.at_limit ? 0.0f : std::numeric_limits<float>::infinity();
   c.impulse = joint.impulse;
   c.limit_impulse = joint.limit_impulse;
   c.motor_impulse = joint.motor_impulse;
-
-  Velocity& a = velocities[kHull];
-  Velocity& b = velocities[definition.leg];
-  const Vec2 p = c.impulse;
-  a.linear -= ma * p;
-  a.angular -= ia * (cross(ra, p) + c.motor_impulse + c.limit_impulse);
-  b.linear += mb * p;
-  b.angular += ib * (cross(rb, p) + c.motor_impulse + c.limit_impulse);
+  set_masses(c, kShapes[kHull], kShapes[definition.leg]);
   return c;
+}
+
+// The constraint at the bodies' current poses. Applies last step's impulses.
+inline JointConstraint prepare(Joint& joint, const JointDefinition& definition, Poses& poses,
+                               Velocities& velocities) {
+  JointConstraint constraint = prepare(joint, definition, poses);
+  set_constants(constraint, definition, poses);
+  warm_start(constraint, velocities);
+  return constraint;
 }
 
 inline void store_impulses(const JointConstraint& constraint, Joint& joint) {
   joint.impulse = constraint.impulse;
   joint.limit_impulse = constraint.limit_impulse;
   joint.motor_impulse = constraint.motor_impulse;
-}
-
-// One position iteration: moves the bodies back where the angle is beyond a limit or the anchors
-// have drifted apart. Returns whether both errors were small
-// (b2RevoluteJoint::SolvePositionConstraints).
-inline bool solve_position_constraint(const JointConstraint& constraint,
-                                      const JointDefinition& definition, Poses& poses) {
-  Pose& a = poses[kHull];
-  Pose& b = poses[constraint.leg];
-  const float ma = constraint.hull_inverse_mass;
-  const float mb = constraint.leg_inverse_mass;
-  const float ia = constraint.hull_inverse_inertia;
-  const float ib = constraint.leg_inverse_inertia;
-
-  float angular_error = 0.0f;
-  if (constraint.at_limit) {
-    const float angle = b.angle - a.angle - definition.reference_angle;
-    float correction;
-    if (constraint.limit_side > 0.0f) {
-      const float past = angle - definition.lower_angle;
-      angular_error = -past;
-      correction = clamp(past + kAngularSlop, -kMaxAngularCorrection, 0.0f);
-    } else {
-      const float past = angle - definition.upper_angle;
-      angular_error = past;
-      correction = clamp(past - kAngularSlop, 0.0f, kMaxAngularCorrection);
-    }
-    const float impulse = -constraint.motor_mass * correction;
-    a.angle -= ia * impulse;
-    b.angle += ib * impulse;
-  }
-
-  const Vec2 ra = rotate(rotation(a), definition.hull_anchor);
-  const Vec2 rb = rotate(rotation(b), definition.leg_anchor);
-  const Vec2 gap = b.center + rb - a.center - ra;
-
-  const float xx = ma + mb + ia * ra.y * ra.y + ib * rb.y * rb.y;
-  const float xy = -ia * ra.x * ra.y - ib * rb.x * rb.y;
-  const float yy = ma + mb + ia * ra.x * ra.x + ib * rb.x * rb.x;
-  float inverse = xx * yy - xy * xy;
-  if (inverse != 0.0f) inverse = 1.0f / inverse;
-  const Vec2 impulse =
-      -Vec2{inverse * (yy * gap.x - xy * gap.y), inverse * (xx * gap.y - xy * gap.x)};
-
-  a.center -= ma * impulse;
-  a.angle -= ia * cross(ra, impulse);
-  b.center += mb * impulse;
-  b.angle += ib * cross(rb, impulse);
-  return length(gap) <= kLinearSlop && angular_error <= kAngularSlop;
 }
 
 }  // namespace touchdown::engine

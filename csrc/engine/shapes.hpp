@@ -1,28 +1,15 @@
 // The polygons of the hull and the legs, with their masses.
 //
-// Box2D: b2PolygonShape and b2MassData.
+// Box2D: b2PolygonShape::Set, b2PolygonShape::ComputeMass and b2Body::ResetMassData.
 #pragma once
 
 #include <array>
 
-#include "engine/aabb.hpp"
 #include "engine/math.hpp"
 #include "engine/settings.hpp"
+#include "engine/shape.hpp"
 
 namespace touchdown::engine {
-
-// A convex polygon with its vertices counter-clockwise, and the mass of a body made of it.
-struct Shape {
-  static constexpr int kMaxVertices = 6;
-  std::array<Vec2, kMaxVertices> vertices;
-  std::array<Vec2, kMaxVertices> normals;  // of the side that starts at the vertex
-  int count;
-  Vec2 centroid;      // decides which side of an edge the shape is on
-  Vec2 local_center;  // centre of mass; equals the centroid only up to rounding
-  float friction;
-  float inverse_mass;
-  float inverse_inertia;  // about the centre of mass
-};
 
 namespace detail {
 
@@ -74,6 +61,14 @@ inline void set_mass(Shape& shape, float density) {
   shape.inverse_inertia = 1.0f / about_center;
 }
 
+// Needs the centre of mass. The result is a bound, so rounding must not make it too small.
+inline void set_radius(Shape& shape) {
+  for (int i = 0; i < shape.count; ++i) {
+    const float distance = length(shape.vertices[i] - shape.local_center);
+    shape.radius = larger(shape.radius, 1.001f * distance);
+  }
+}
+
 inline Shape make_hull() {
   Shape hull{};
   constexpr double outline[][2] = {{17, -10}, {17, 0}, {14, 17}, {-14, 17}, {-17, 0}, {-17, -10}};
@@ -89,6 +84,7 @@ inline Shape make_hull() {
   hull.centroid = centroid(hull);
   hull.friction = 0.1f;
   set_mass(hull, 5.0f);
+  set_radius(hull);
   return hull;
 }
 
@@ -105,6 +101,7 @@ inline Shape make_leg() {
   leg.centroid = {0.0f, 0.0f};
   leg.friction = 0.2f;
   set_mass(leg, 1.0f);
+  set_radius(leg);
   return leg;
 }
 
@@ -112,16 +109,5 @@ inline Shape make_leg() {
 
 inline const std::array<Shape, kNumBodies> kShapes = {detail::make_hull(), detail::make_leg(),
                                                       detail::make_leg()};
-
-inline Aabb aabb_of(const Shape& shape, const Transform& transform) {
-  Vec2 low = to_world(transform, shape.vertices[0]);
-  Vec2 high = low;
-  for (int i = 1; i < shape.count; ++i) {
-    const Vec2 vertex = to_world(transform, shape.vertices[i]);
-    low = smaller(low, vertex);
-    high = larger(high, vertex);
-  }
-  return grown({low, high}, kPolygonRadius);
-}
 
 }  // namespace touchdown::engine

@@ -8,13 +8,15 @@
 namespace touchdown::engine {
 
 // `start_*` is the state at the fraction `start_time` of the step: 0, or the last time of impact.
-struct Sweep {
-  Vec2 start_center;
-  Vec2 center;
-  float start_angle;
-  float angle;
-  float start_time;
+template <typename F>
+struct BasicSweep {
+  Vec<F> start_center;
+  Vec<F> center;
+  F start_angle;
+  F angle;
+  F start_time;
 };
+using Sweep = BasicSweep<float>;
 
 // Moves the start of the sweep forward to `time` (b2Sweep::Advance).
 inline void advance_start(Sweep& sweep, float time) {

@@ -36,7 +36,7 @@ struct Edge {
 inline Edge make_edge(Vec2 start, Vec2 end, float friction) {
   Vec2 along = end - start;
   normalize(along);
-  const Aabb box = grown({smaller(start, end), larger(start, end)}, kPolygonRadius);
+  const Aabb box = grown(Aabb{smaller(start, end), larger(start, end)}, kPolygonRadius);
   return {start, end, {along.y, -along.x}, grown(box, kAabbExtension), friction};
 }
 

@@ -5,6 +5,7 @@
 // along it reaches the target distance, and repeat from there.
 #pragma once
 
+#include <cfloat>
 #include <cmath>
 #include <optional>
 
@@ -111,6 +112,36 @@ class SeparationFunction {
   Vec2 axis_;
 };
 
+inline constexpr float kTotalRadius = kPolygonRadius + kPolygonRadius;
+inline constexpr float kTargetDistance = larger(kLinearSlop, kTotalRadius - 3.0f * kLinearSlop);
+inline constexpr float kDistanceTolerance = 0.25f * kLinearSlop;
+
+// Whether the polygon is so far from the edge, compared with its motion, that the search below
+// cannot find an impact, whatever it rounds. `end` is the body's transform at the end of the sweep.
+inline bool is_out_of_reach(const Edge& edge, const Shape& shape, const Sweep& sweep,
+                            const Transform& end) {
+  // The search finds an impact only at a distance of at most the target and its tolerance.
+  // Roundings are far below the margin: coordinates are some metres, and a float has seven digits.
+  constexpr float margin = 0.2f * kLinearSlop;
+  constexpr float reach = kTargetDistance + kDistanceTolerance + margin;
+  const Vec2 motion = sweep.center - sweep.start_center;
+  const float moved = magnitude(motion.x) + magnitude(motion.y) +
+                      shape.radius * magnitude(sweep.angle - sweep.start_angle);
+  // How far the polygon is in front of the edge's line, behind it, or past one of its ends.
+  const Vec2 along{-edge.normal.y, edge.normal.x};
+  float front = FLT_MAX, behind = FLT_MAX, before = FLT_MAX, past = FLT_MAX;
+  for (int i = 0; i < shape.count; ++i) {
+    const Vec2 vertex = to_world(end, shape.vertices[i]);
+    const Vec2 from_start = vertex - edge.start;
+    const float height = dot(edge.normal, from_start);
+    front = smaller(front, height);
+    behind = smaller(behind, -height);
+    before = smaller(before, -dot(along, from_start));
+    past = smaller(past, dot(along, vertex - edge.end));
+  }
+  return larger(larger(front, behind), larger(before, past)) > reach + moved;
+}
+
 }  // namespace detail
 
 // The fraction of the sweep at which the polygon comes within the skins' distance of the edge;
@@ -120,9 +151,8 @@ inline std::optional<float> time_of_impact(const Edge& edge, const Shape& shape,
   constexpr int max_axes = 20;
   constexpr int max_push_backs = 16;
   constexpr int max_root_steps = 50;
-  constexpr float total_radius = kPolygonRadius + kPolygonRadius;
-  constexpr float target = larger(kLinearSlop, total_radius - 3.0f * kLinearSlop);
-  constexpr float tolerance = 0.25f * kLinearSlop;
+  constexpr float target = detail::kTargetDistance;
+  constexpr float tolerance = detail::kDistanceTolerance;
 
   // Whole turns are subtracted (b2Sweep::Normalize), since large angles cost the root finder
   // digits.

@@ -42,6 +42,9 @@ struct BasicJointConstraint {
   F motor_mass;
   F motor_speed;
   F limit_side;  // 1 at the lower limit, -1 at the upper
+  // The limit lets go where its impulse, seen from its side, is below this: zero, or infinity for a
+  // joint that is not at a limit, but shares its vector with some that are.
+  F limit_floor;
 
   Vec<F> impulse;
   F limit_impulse;
@@ -49,7 +52,7 @@ struct BasicJointConstraint {
 
   // The same in every lane.
   int leg;
-  bool at_limit;
+  bool at_limit;  // in lanes: whether any of them is
 };
 
 // A point of a contact: its effective masses and its accumulated impulses.
@@ -104,6 +107,13 @@ struct BasicVelocityConstraints {
 inline constexpr std::size_t kVelocityFloats = sizeof(BasicVelocities<float>) / sizeof(float);
 inline constexpr std::size_t kJointFloats =
     offsetof(BasicJointConstraint<float>, leg) / sizeof(float);
+// The last of them are not functions of the poses.
+inline constexpr std::size_t kChangingFloats =
+    kJointFloats - offsetof(BasicJointConstraint<float>, limit_side) / sizeof(float);
+template <typename F>
+F* changing_floats(BasicJointConstraint<F>& joint) {
+  return &joint.limit_side;
+}
 inline constexpr std::size_t kContactFloats =
     offsetof(BasicContactConstraint<float>, cases_seen) / sizeof(float);
 

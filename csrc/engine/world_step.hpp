@@ -25,9 +25,8 @@ inline bool begin_step(World& world, StepState& state, Coverage& coverage) {
   return any_awake;
 }
 
-// Everything after the velocity iterations; `solved` is what `begin_step` returned.
-inline void finish_step(World& world, bool solved, StepState& state, Coverage& coverage) {
-  if (solved) finish_solve(world, state, coverage);
+// Everything after `finish_solve`, or after `begin_step` if there was nothing to solve.
+inline void end_step(World& world, Coverage& coverage) {
   solve_continuous(world, coverage);
   for (Body& body : world.bodies) {
     body.force = {0.0f, 0.0f};

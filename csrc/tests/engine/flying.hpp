@@ -19,6 +19,7 @@ inline Lander seeded_lander(std::uint32_t number, const Config& config = {}) {
 inline Transition finish_alone(Lander& lander, bool solves, StepState& state, Coverage& coverage) {
   if (solves) {
     StepConstraints& constraints = state.constraints;
+    start_joints(constraints);
     for (int iteration = 0; iteration < kVelocityIterations; ++iteration) {
       for (auto& joint : constraints.joints) {
         solve_velocity_constraint(joint, constraints.velocities);
@@ -28,8 +29,9 @@ inline Transition finish_alone(Lander& lander, bool solves, StepState& state, Co
                                   constraints.velocities);
       }
     }
+    finish_solve(lander.world, state, coverage);
   }
-  return finish_step(lander, solves, state, coverage);
+  return end_step(lander, coverage);
 }
 
 inline Transition begin_alone(Lander& lander) {

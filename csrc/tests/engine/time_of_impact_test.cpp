@@ -1,5 +1,7 @@
 #include "engine/time_of_impact.hpp"
 
+#include <array>
+#include <cstdint>
 #include <optional>
 
 #include "tests/check.hpp"
@@ -57,6 +59,34 @@ TEST("whole turns before the step change nothing") {
   Sweep sweep = falling(2.5f, 0.5f);
   sweep.start_angle = sweep.angle = 8.0f * kPi;
   CHECK_NEAR(impact_of(sweep).value_or(-1.0f), (2.0 - 0.005) / 2.0, 1e-3);
+}
+
+TEST("an edge that is out of reach is not hit by the sweep") {
+  // Sloping edges, and sweeps at random near them; a bound that were too bold would miss impacts.
+  Pcg64 rng = Pcg64::seeded(std::array<std::uint32_t, 1>{3});
+  const auto draw = [&rng](double low, double high) {
+    return static_cast<float>(rng.uniform(low, high));
+  };
+  int out_of_reach = 0, hits = 0, missed = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const Edge edge = make_edge({4.0f, draw(0.0, 2.0)}, {6.0f, draw(0.0, 2.0)}, 0.1f);
+    const Shape& shape = kShapes[static_cast<std::size_t>(i % kNumBodies)];
+    const Vec2 start{draw(3.0, 7.0), draw(0.0, 3.0)};
+    const float reach = draw(0.0, 0.4);
+    Sweep sweep{.start_center = start,
+                .center = start + Vec2{draw(-reach, reach), draw(-reach, reach)},
+                .start_angle = draw(-3.0, 3.0)};
+    sweep.angle = sweep.start_angle + draw(-reach, reach);
+    const Transform end = transform_about(sweep.center, rotation(sweep.angle), shape.local_center);
+    const bool hit = time_of_impact(edge, shape, sweep).has_value();
+    const bool out = detail::is_out_of_reach(edge, shape, sweep, end);
+    out_of_reach += out;
+    hits += hit;
+    missed += out && hit;
+  }
+  CHECK(out_of_reach > 5000);
+  CHECK(hits > 500);
+  CHECK_EQUAL(missed, 0);
 }
 
 TEST("a sweep is advanced along a straight line") {
