@@ -17,7 +17,7 @@ import touchdown
 from saved_policies import save_model
 from shown import Shown
 from touchdown.agents.initial import initial_params
-from touchdown.agents.models import make_network
+from touchdown.agents.models import network_to_act
 from touchdown.agents.qtable import QTable
 from touchdown.agents.states import OneHot
 from touchdown.config import presets
@@ -58,7 +58,7 @@ def fresh(config: Config):
         table = QTable(OneHot(16), 4, config.table)
         return table, np.random.default_rng(0).normal(size=64)
     spaces = environment.spaces_of(config.env_id)
-    network = make_network(config.network, spaces)
+    network = network_to_act(config.network, spaces)
     return network, initial_params(network.layout, 3)
 
 

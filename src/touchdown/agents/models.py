@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 Network: TypeAlias = Union["FusedNetwork", "QNetwork"]
 
 
-def make_network(config: NetworkConfig, spaces: Spaces) -> Network:
+def network_to_act(config: NetworkConfig, spaces: Spaces) -> Network:
     """The Q-network that a config describes, for an environment's sizes.
 
     Raises:

@@ -19,7 +19,7 @@ from touchdown.agents.layers import DuelingHead, NoisyLinear
 from touchdown.agents.layout import Layout
 from touchdown.config.sections import NetworkConfig
 from touchdown.core import device
-from touchdown.core.types import FloatArray
+from touchdown.core.types import FloatArray, Spaces
 
 _ACTIVATIONS = {"relu": jax.nn.relu, "tanh": jax.nn.tanh, "silu": jax.nn.silu}
 
@@ -164,3 +164,8 @@ class QNetwork:
 def _split(module: eqx.Module) -> tuple[Any, Any]:
     """A module's arrays, and the rest of the module."""
     return cast(tuple[Any, Any], eqx.partition(module, eqx.is_array))
+
+
+def make_network(config: NetworkConfig, spaces: Spaces) -> QNetwork:
+    """The Q-network that a config describes, for an environment's sizes."""
+    return QNetwork(spaces.observation_size, spaces.num_actions, config)

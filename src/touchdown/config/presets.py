@@ -168,8 +168,11 @@ _NAMED: dict[str, tuple[str, Config]] = {
         _with(_DQN, replay=_RESAVED, learning={"gamma": 0.99, "target_period": 800}),
     ),
     "pilot": (
-        "section 9 without re-saves, 180,000 env steps at a higher learning rate; `make land`",
-        _with(_PILOT, learning={"backend": "auto"}),
+        "section 9 without re-saves, an update every second of 180,000 env steps; `make land`",
+        _with(
+            _PILOT,
+            learning={"backend": "auto", "update_period": 2, "learning_rate_duration": 90_000},
+        ),
     ),
     "tabular-q": (
         "section 1, Algorithm 1: a table, for FrozenLake-v1 or other envs with few states",

@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 
 from touchdown.agents import registry
-from touchdown.agents.models import Network, make_network
+from touchdown.agents.models import Network, network_to_act
 from touchdown.agents.qtable import QTable
 from touchdown.agents.states import states_of
 from touchdown.config import toml
@@ -128,7 +128,7 @@ def read_weights(path: Path) -> Weights:
             model = QTable(states_of(config, spaces), spaces.num_actions, config)
         else:
             _check_sizes(config, tensors)
-            model = make_network(config, spaces)
+            model = network_to_act(config, spaces)
         params = model.params_of(tensors)
     except (UserError, ValueError) as error:
         raise UserError(f"{where} for env_id {env_id!r}: {one_line(error)}") from None

@@ -13,14 +13,14 @@ def make_learner(config: Config, spaces: Spaces) -> Learner:
         UserError: the config selects the fused kernel, which was not built, or this process was
             forked after JAX had started.
     """
-    sizes = spaces.observation_size, spaces.num_actions, config.network
     # each loads what it needs: JAX takes longer to load than a short training takes
     if backend_of(config) == "fused":
         from touchdown.agents.learners.fused import FusedLearner  # noqa: PLC0415
         from touchdown.agents.learners.fused_network import FusedNetwork  # noqa: PLC0415
 
-        return FusedLearner(FusedNetwork(*sizes), config)
+        network = FusedNetwork(spaces.observation_size, spaces.num_actions, config.network)
+        return FusedLearner(network, config)
     from touchdown.agents.learners.jax import JaxLearner  # noqa: PLC0415
-    from touchdown.agents.networks import QNetwork  # noqa: PLC0415
+    from touchdown.agents.networks import make_network  # noqa: PLC0415
 
-    return JaxLearner(QNetwork(*sizes), config)
+    return JaxLearner(make_network(config.network, spaces), config)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchdown.agents.greedy import GreedyPolicy
-from touchdown.agents.models import make_network
+from touchdown.agents.models import network_to_act
 from touchdown.config.sections import NetworkConfig
 from touchdown.core import finite
 from touchdown.core.types import Spaces
@@ -67,7 +67,7 @@ def policy_of(linears: Sequence[Linear], spaces: Spaces, config: NetworkConfig) 
         ValueError: their shapes do not fit, or a number is not finite.
     """
     hidden_sizes = tuple(len(each.bias) for each in linears[:-1])
-    network = make_network(replace(config, hidden_sizes=hidden_sizes), spaces)
+    network = network_to_act(replace(config, hidden_sizes=hidden_sizes), spaces)
     layers = {
         f"layers.{number}.{name}": array.astype(np.float32)
         for number, each in enumerate(linears)
