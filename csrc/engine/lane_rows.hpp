@@ -102,7 +102,9 @@ template <std::size_t N, int W>
     }
     transpose<W>(block);
     const std::size_t count = N - first < width ? N - first : width;
-    for (std::size_t i = 0; i < count; ++i) to[(first + i) * stride] = block[i];
+    for (std::size_t i = 0; i < count; ++i) {
+      std::memcpy(to + (first + i) * stride, &block[i], sizeof(block[i]));
+    }
   }
 }
 
@@ -115,7 +117,9 @@ template <std::size_t N, int W>
   const auto* const from = static_cast<const Floats<W>*>(lanes);
   for (std::size_t first = 0; first + width <= N; first += width) {
     Block<W> block;
-    for (std::size_t i = 0; i < width; ++i) block[i] = from[(first + i) * stride];
+    for (std::size_t i = 0; i < width; ++i) {
+      std::memcpy(&block[i], from + (first + i) * stride, sizeof(block[i]));
+    }
     transpose<W>(block);
     for (std::size_t i = 0; i < used; ++i) {
       std::memcpy(rows[i] + first, &block[i], sizeof(block[i]));
@@ -123,7 +127,9 @@ template <std::size_t N, int W>
   }
   if constexpr (rest != 0) {
     Block<W> block{};
-    for (std::size_t i = 0; i < rest; ++i) block[i] = from[(N - rest + i) * stride];
+    for (std::size_t i = 0; i < rest; ++i) {
+      std::memcpy(&block[i], from + (N - rest + i) * stride, sizeof(block[i]));
+    }
     transpose<W>(block);
     for (std::size_t i = 0; i < used; ++i) {
       std::memcpy(rows[i] + (N - rest), &block[i], rest * sizeof(float));

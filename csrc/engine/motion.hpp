@@ -66,6 +66,7 @@ using Velocities = BasicVelocities<float>;
 // made of the poses.
 struct VelocityConstraints : BasicVelocityConstraints<float> {
   Poses poses;
+  std::array<float, 16> padding;  // whole vectors are read, the last one beyond the poses
 };
 
 // Moves a body for `time` seconds. A body too fast for the solver is slowed down first.
