@@ -134,6 +134,10 @@ void Loop::store(const Parts& parts, std::size_t i, bool truncated, Counts& coun
                     .o_t = environments.results.observations + i * size};
     const std::int64_t copies = total > settings_.resave_threshold ? 1 + settings_.resaves : 1;
     for (std::int64_t copy = 0; copy < copies; ++copy) parts.memory.store(step, counts.added++);
+    if (!mirror_) continue;
+    for (std::int64_t copy = 0; copy < copies; ++copy) {
+      parts.memory.store_image(step, *mirror_, counts.added++);
+    }
   }
   std::copy(o_tm1 + complete * size, o_tm1 + length * size, o_tm1);
   std::copy(a_tm1 + complete, a_tm1 + length, a_tm1);

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "engine/batch.hpp"
@@ -80,8 +81,10 @@ struct Parts {
 
 class Loop {
  public:
-  Loop(const Settings& settings, const fused::Network& network)
-      : settings_(settings), network_(network) {}
+  // With a `mirror`, the image of each transition is stored too.
+  Loop(const Settings& settings, const fused::Network& network,
+       std::optional<Mirror> mirror = std::nullopt)
+      : settings_(settings), network_(network), mirror_(std::move(mirror)) {}
 
   const Settings& settings() const { return settings_; }
   const fused::Network& network() const { return network_; }
@@ -111,6 +114,7 @@ class Loop {
 
   Settings settings_;
   fused::Network network_;
+  std::optional<Mirror> mirror_;
   std::vector<char> explores_;       // [N]
   std::vector<std::int64_t> order_;  // [K·B]
   std::vector<float> rates_;         // [K]

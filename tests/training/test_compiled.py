@@ -75,6 +75,12 @@ SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
         "learning": {"learning_rate_duration": 300, "learning_rate_end": 0.01}
     },
     "weights that are no numbers": {"learning": {"learning_rate": 1e30}},
+    "mirror images": {"replay": {"mirrored": True}},
+    "mirror images of re-saves, three steps of three": {
+        "replay": {"mirrored": True, "resaves": 2, "resave_threshold": 0.5, "capacity": 97},
+        "learning": {"n_step": 3},
+        "training": {"num_envs": 3},
+    },
     "dueling, layer norm": {"network": {"dueling": True, "layer_norm": True}},
 }
 
@@ -316,7 +322,7 @@ class Arguments:
         self.learner = [state.online_params, state.target_params, adam.mu, adam.nu]
         self.q = np.zeros((2, 4), np.float32)
 
-    def loop(self, **settings: Any) -> _train.Loop:
+    def loop(self, mirror: Any = None, **settings: Any) -> _train.Loop:
         given = _train.Settings()
         given.max_episode_steps, given.target_period = 1_000, 30
         for name, value in settings.items():
@@ -329,6 +335,7 @@ class Arguments:
             hidden_sizes=(12, 8),
             layer_norm=False,
             dueling=False,
+            mirror=mirror,
         )
 
     def advance(self, loop: _train.Loop, max_steps: int = 1) -> object:
@@ -400,6 +407,29 @@ def test_a_stored_action_that_the_network_does_not_have_is_refused():
     arguments.counts.added = len(fields)
     with pytest.raises(ValueError, match="action 4: must be from 0 to 3"):
         arguments.advance(arguments.loop(batch_size=64))
+
+
+def test_a_waiting_action_that_the_environment_does_not_have_is_refused():
+    arguments = Arguments()
+    arguments.windows = list(Windows.empty(2, 2, 8))
+    arguments.windows[1][1, 0] = 4
+    arguments.windows[3][1] = 1
+    with pytest.raises(ValueError, match="window of environment 1 holds action 4: must be from 0"):
+        arguments.advance(arguments.loop(n_step=2))
+
+
+@pytest.mark.parametrize(
+    ("mirror", "complaint"),
+    [
+        (([0, 1], [1.0] * 8, [0, 1, 2, 3]), "order of the mirror has 2 entries, must have 8"),
+        ((range(8), [1.0] * 7, [0, 1, 2, 3]), "signs of the mirror has 7 entries, must have 8"),
+        ((range(8), [1.0] * 8, [0, 1, 2, 4]), "actions of the mirror must have each number from 0"),
+        (([0] * 8, [1.0] * 8, [0, 1, 2, 3]), "order of the mirror must have each number from 0"),
+    ],
+)
+def test_a_mirror_that_is_no_symmetry_of_the_lander_is_refused(mirror, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        Arguments().loop(mirror=mirror)
 
 
 def test_a_second_thread_is_refused():

@@ -4,6 +4,7 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -28,6 +29,8 @@ using engine::Vector;
 template <typename T>
 using Matrix = Array<T, nb::shape<-1, -1>>;
 using MetricsTuple = std::tuple<float, float, float, float>;
+using MirrorTuple =
+    std::tuple<std::vector<std::int64_t>, std::vector<float>, std::vector<std::int64_t>>;
 
 // Refuses an array whose length is not the one expected.
 inline void need(std::size_t given, std::size_t wanted, const char* name) {
@@ -59,6 +62,30 @@ inline Settings checked(const Settings& settings) {
   need_least(settings.metrics_period, 1, "metrics_period");
   need_least(settings.max_episode_steps, 1, "max_episode_steps");
   return settings;
+}
+
+// The numbers of a permutation of 0 to `size` - 1.
+template <typename T>
+std::vector<T> permutation(const std::vector<std::int64_t>& given, int size, const char* name) {
+  need(given.size(), static_cast<std::size_t>(size), name);
+  std::vector<std::int64_t> sorted = given;
+  std::sort(sorted.begin(), sorted.end());
+  for (int i = 0; i < size; ++i) {
+    if (sorted[static_cast<std::size_t>(i)] != i) {
+      refuse(std::string(name) + " must have each number from 0 to " + std::to_string(size - 1) +
+             " once");
+    }
+  }
+  return {given.begin(), given.end()};
+}
+
+inline std::optional<Mirror> checked(const std::optional<MirrorTuple>& mirror) {
+  if (!mirror) return std::nullopt;
+  const auto& [order, signs, actions] = *mirror;
+  need(signs.size(), engine::kObservationSize, "signs of the mirror");
+  return Mirror{permutation<std::size_t>(order, engine::kObservationSize, "order of the mirror"),
+                signs,
+                permutation<std::int32_t>(actions, engine::kNumActions, "actions of the mirror")};
 }
 
 inline BitGenerator generator_of(const nb::object& bit_generator) {
@@ -106,12 +133,14 @@ class PythonLoop {
  public:
   PythonLoop(engine::Batch& batch, const nb::object& exploration, const nb::object& replay,
              const Settings& settings, const std::vector<std::int64_t>& hidden_sizes,
-             bool layer_norm, bool dueling)
+             bool layer_norm, bool dueling, const std::optional<MirrorTuple>& mirror)
       : batch_(batch),
         exploration_(generator_of(exploration)),
         replay_(generator_of(replay)),
-        loop_(checked(settings), fused::make_network(engine::kObservationSize, hidden_sizes,
-                                                     engine::kNumActions, layer_norm, dueling)) {
+        loop_(checked(settings),
+              fused::make_network(engine::kObservationSize, hidden_sizes, engine::kNumActions,
+                                  layer_norm, dueling),
+              checked(mirror)) {
     if (batch.landers.front().config.continuous != 0) {
       refuse("these landers take pairs of throttles: must take whole numbers");
     }
@@ -224,6 +253,13 @@ class PythonLoop {
       if (length < 0 || length >= n) {
         refuse("the window of environment " + std::to_string(i) + " holds " +
                std::to_string(length) + " steps: must be from 0 to " + std::to_string(n - 1));
+      }
+      for (std::int64_t k = 0; k < length; ++k) {
+        const std::int32_t action = windows.a_tm1(i, static_cast<std::size_t>(k));
+        if (action >= 0 && action < engine::kNumActions) continue;
+        refuse("the window of environment " + std::to_string(i) + " holds action " +
+               std::to_string(action) + ": must be from 0 to " +
+               std::to_string(engine::kNumActions - 1));
       }
     }
   }

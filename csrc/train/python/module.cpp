@@ -127,10 +127,11 @@ NB_MODULE(_train, m) {
   bind_arrays(m);
   nb::class_<PythonLoop>(m, "Loop")
       .def(nb::init<engine::Batch&, const nb::object&, const nb::object&, const Settings&,
-                    const std::vector<std::int64_t>&, bool, bool>(),
+                    const std::vector<std::int64_t>&, bool, bool,
+                    const std::optional<MirrorTuple>&>(),
            "batch"_a, "exploration"_a, "replay"_a, "settings"_a, nb::kw_only(), "hidden_sizes"_a,
-           "layer_norm"_a, "dueling"_a, nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
-           nb::keep_alive<1, 4>())
+           "layer_norm"_a, "dueling"_a, "mirror"_a.none() = nb::none(), nb::keep_alive<1, 2>(),
+           nb::keep_alive<1, 3>(), nb::keep_alive<1, 4>())
       .def("advance", &PythonLoop::advance, "max_steps"_a, "counts"_a, "pool"_a, "episodes"_a,
            "windows"_a, "records"_a.noconvert(), "learner"_a, "q"_a.noconvert());
   m.def(

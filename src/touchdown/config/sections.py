@@ -92,6 +92,9 @@ class ReplayConfig:
     """τ: extra copies stored of each rewarded transition; 0 is plain replay."""
     resave_threshold: float = 0.0
     """A transition counts as rewarded if its reward exceeds this (reward units)."""
+    mirrored: bool = False
+    """Also store the mirror image of each transition, in an environment that declares its mirror
+    symmetry; the images count as transitions (after van der Pol et al., 2020)."""
     prioritized: bool = False
     """Prioritised replay: sample transitions by their last TD error (Schaul et al., 2016), not
     uniformly."""

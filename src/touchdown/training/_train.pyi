@@ -110,6 +110,7 @@ class Loop:
         hidden_sizes: Sequence[int],
         layer_norm: bool,
         dueling: bool,
+        mirror: tuple[Sequence[int], Sequence[float], Sequence[int]] | None = None,
     ) -> None: ...
     def advance(
         self,

@@ -76,6 +76,7 @@ class CompiledLoop:
             hidden_sizes=config.network.hidden_sizes,
             layer_norm=config.network.layer_norm,
             dueling=config.network.dueling,
+            mirror=agent.mirror,
         )
         self._module = _train
         self._counts = _train.Counts()
