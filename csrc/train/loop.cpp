@@ -154,6 +154,7 @@ Loop::Learnt Loop::learn(const Parts& parts, Counts& counts) {
     const std::int64_t updates_before = counts.updates;
     const fused::Metrics metrics = update(parts, due * settings_.gradient_steps, counts);
     learnt.updated = true;
+    if (parts.average) average(parts);
     if (periods_crossed(updates_before, counts.updates, settings_.metrics_period) > 0) {
       learnt.metrics = metrics;
     }
@@ -163,6 +164,13 @@ Loop::Learnt Loop::learn(const Parts& parts, Counts& counts) {
     std::copy_n(parts.learner.online, network_.num_params, parts.learner.target);
   }
   return learnt;
+}
+
+void Loop::average(const Parts& parts) {
+  const auto rate = static_cast<float>(settings_.averaging);
+  for (std::ptrdiff_t i = 0; i < network_.num_params; ++i) {
+    parts.average[i] += rate * (parts.learner.online[i] - parts.average[i]);
+  }
 }
 
 fused::Metrics Loop::update(const Parts& parts, std::int64_t count, Counts& counts) {

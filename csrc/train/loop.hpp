@@ -74,7 +74,8 @@ struct Parts {
   Windows windows;
   Memory memory;
   fused::Learner learner;
-  float* q;  // [N][A]
+  float* average;  // [P], of the online parameters; null: none
+  float* q;        // [N][A]
   const BitGenerator& exploration;
   const BitGenerator& replay;
 };
@@ -111,6 +112,8 @@ class Loop {
   // What follows a step: the updates and the copy of the target network that are due after it.
   Learnt learn(const Parts& parts, Counts& counts);
   fused::Metrics update(const Parts& parts, std::int64_t count, Counts& counts);
+  // average += rate·(online − average)
+  void average(const Parts& parts);
 
   Settings settings_;
   fused::Network network_;

@@ -75,6 +75,7 @@ SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
         "learning": {"learning_rate_duration": 300, "learning_rate_end": 0.01}
     },
     "weights that are no numbers": {"learning": {"learning_rate": 1e30}},
+    "averaged weights": {"learning": {"averaging": 0.01, "gradient_steps": 2}},
     "mirror images": {"replay": {"mirrored": True}},
     "mirror images of re-saves, three steps of three": {
         "replay": {"mirrored": True, "resaves": 2, "resave_threshold": 0.5, "capacity": 97},
@@ -319,12 +320,13 @@ class Arguments:
         ring = self.twin.agent.replay.ring
         self.records = ring.storage.view(np.float32).reshape(ring.capacity, -1)
         state: Any = learner.state
-        self.learner = [state.online_params, state.target_params, adam.mu, adam.nu]
+        average = np.zeros(248, np.float32)
+        self.learner = [state.online_params, state.target_params, adam.mu, adam.nu, average]
         self.q = np.zeros((2, 4), np.float32)
 
     def loop(self, mirror: Any = None, **settings: Any) -> _train.Loop:
         given = _train.Settings()
-        given.max_episode_steps, given.target_period = 1_000, 30
+        given.max_episode_steps, given.target_period, given.averaging = 1_000, 30, 0.5
         for name, value in settings.items():
             setattr(given, name, value)
         rngs = [each.bit_generator for each in self.twin.streams]
@@ -363,6 +365,8 @@ class Arguments:
         ("learner", 0, np.zeros(9, np.float32), "online has 9 entries, must have 248"),
         ("learner", 1, None, "target = None: must be given"),
         ("learner", 3, np.zeros(9, np.float32), "nu has 9 entries, must have 248"),
+        ("learner", 4, np.zeros(9, np.float32), "average has 9 entries, must have 248"),
+        ("learner", 4, None, "average = None: must be given"),
     ],
 )
 def test_a_wrong_array_is_refused_before_anything_is_written(part, index, wrong, complaint):

@@ -126,6 +126,7 @@ struct LearnerArrays {
   std::optional<Vector<float>> target;
   Vector<float> mu;
   Vector<float> nu;
+  std::optional<Vector<float>> average;
 };
 
 // The Python class `Loop`. While one thread steps a batch, others are refused.
@@ -193,6 +194,7 @@ class PythonLoop {
                                   .target = learner.target ? learner.target->data() : nullptr,
                                   .mu = learner.mu.data(),
                                   .nu = learner.nu.data()},
+                      .average = learner.average ? learner.average->data() : nullptr,
                       .q = q.data(),
                       .exploration = exploration_,
                       .replay = replay_};
@@ -270,10 +272,12 @@ class PythonLoop {
     if (learner.target) need(learner.target->shape(0), size, "target");
     need(learner.mu.shape(0), size, "mu");
     need(learner.nu.shape(0), size, "nu");
+    if (learner.average) need(learner.average->shape(0), size, "average");
     const Settings& settings = loop_.settings();
     const bool needs_target =
         settings.rule.double_q || settings.rule.polyak > 0.0f || settings.target_period > 0;
     if (needs_target && !learner.target) refuse("target = None: must be given");
+    if (settings.averaging > 0.0 && !learner.average) refuse("average = None: must be given");
   }
 
   engine::Batch& batch_;

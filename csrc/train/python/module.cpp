@@ -73,6 +73,7 @@ void bind_settings(nb::module_& m) {
       .def_rw("update_period", &Settings::update_period)
       .def_rw("gradient_steps", &Settings::gradient_steps)
       .def_rw("target_period", &Settings::target_period)
+      .def_rw("averaging", &Settings::averaging)
       .def_rw("metrics_period", &Settings::metrics_period)
       .def_rw("max_episode_steps", &Settings::max_episode_steps);
   def_rule<&fused::Rule::huber>(settings, "huber");
@@ -112,9 +113,10 @@ void bind_arrays(nb::module_& m) {
            "o_tm1"_a.noconvert(), "a_tm1"_a.noconvert(), "r_t"_a.noconvert(),
            "lengths"_a.noconvert());
   nb::class_<LearnerArrays>(m, "LearnerArrays")
-      .def(nb::init<Vector<float>, std::optional<Vector<float>>, Vector<float>, Vector<float>>(),
+      .def(nb::init<Vector<float>, std::optional<Vector<float>>, Vector<float>, Vector<float>,
+                    std::optional<Vector<float>>>(),
            "online"_a.noconvert(), "target"_a.noconvert().none(), "mu"_a.noconvert(),
-           "nu"_a.noconvert());
+           "nu"_a.noconvert(), "average"_a.noconvert().none() = nb::none());
 }
 
 }  // namespace

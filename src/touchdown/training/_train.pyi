@@ -28,6 +28,7 @@ class Settings:
     reward_scale: float
     max_grad_norm: float
     polyak: float
+    averaging: float
     update_period: int
     gradient_steps: int
     target_period: int
@@ -95,6 +96,7 @@ class LearnerArrays:
         target: Float32[np.ndarray, " P"] | None,
         mu: Float32[np.ndarray, " P"],
         nu: Float32[np.ndarray, " P"],
+        average: Float32[np.ndarray, " P"] | None = None,
     ) -> None: ...
 
 class Loop:

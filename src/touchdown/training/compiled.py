@@ -37,7 +37,7 @@ _SETTINGS = {
             "batch_size",
         ),
         *("reward_scale", "max_grad_norm", "update_period", "gradient_steps", "target_period"),
-        *("polyak", "double"),
+        *("polyak", "averaging", "double"),
     ),
     "training": ("metrics_period",),
 }
@@ -145,7 +145,13 @@ class CompiledLoop:
                 ),
                 arrays.WindowArrays(*self._windows),
                 ring.storage.view(np.float32).reshape(ring.capacity, -1),
-                arrays.LearnerArrays(state.online_params, state.target_params, adam.mu, adam.nu),
+                arrays.LearnerArrays(
+                    state.online_params,
+                    state.target_params,
+                    adam.mu,
+                    adam.nu,
+                    self._agent.average,
+                ),
                 self._next_q,
             )
         actor.count(env_steps=counts.env_steps, episodes=counts.episodes, updates=counts.updates)
