@@ -184,9 +184,9 @@ class LearningConfig:
     (Lillicrap et al., 2016); 0 disables it. Excludes target_period; if both are 0, there is no
     target network."""
     averaging: Annotated[float, Meta(ge=0, lt=1, description="from 0 (none) to below 1")] = 0.0
-    """Weight averaging: fraction of the online weights mixed into their average after each step with
-    updates (after Izmailov et al., 2018). The average is validated, tested and saved, while the
-    online weights explore and learn; 0 uses the online weights for everything."""
+    """Weight averaging: fraction of the online weights mixed into their average after each step
+    with updates (after Izmailov et al., 2018). The average is validated, tested and saved, while
+    the online weights explore and learn; 0 uses the online weights for everything."""
     double: bool = False
     """Double Q-learning: the online network selects the next action and the target network
     evaluates it (van Hasselt et al., 2016)."""
