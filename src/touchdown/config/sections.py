@@ -183,7 +183,7 @@ class LearningConfig:
     """Soft update: fraction of the online weights mixed into the target network after each update
     (Lillicrap et al., 2016); 0 disables it. Excludes target_period; if both are 0, there is no
     target network."""
-    averaging: Annotated[float, Meta(ge=0, lt=1, description="from 0 (none) to below 1")] = 0.0
+    averaging: Annotated[float, Meta(ge=0, le=1, description="from 0 (none) to 1")] = 0.0
     """Weight averaging: fraction of the online weights mixed into their average after each step
     with updates (after Izmailov et al., 2018). The average is validated, tested and saved, while
     the online weights explore and learn; 0 uses the online weights for everything."""
