@@ -251,11 +251,17 @@ def contents(folder: RunFolder) -> dict[str, Any]:
     }
 
 
-@pytest.mark.parametrize("num_envs", [1, 3])
+@pytest.mark.parametrize(
+    ("num_envs", "averaging", "mirrored"), [(1, 0.0, False), (3, 0.0, False), (3, 0.01, True)]
+)
 def test_a_run_writes_the_same_with_either_loop_even_if_it_is_stopped_and_resumed(
-    tmp_path, num_envs
+    tmp_path, num_envs, averaging, mirrored
 ):
-    config = small_run(training={"num_envs": num_envs}, replay={"resaves": 1})
+    config = small_run(
+        training={"num_envs": num_envs},
+        replay={"resaves": 1, "mirrored": mirrored},
+        learning={"averaging": averaging},
+    )
     runs = {name: folders.create(tmp_path, config, name) for name in ("slow", "fast", "stopped")}
     train(runs["slow"], may_compile=False)
     train(runs["fast"], may_compile=True)
