@@ -267,7 +267,7 @@ def test_a_run_writes_the_same_with_either_loop_even_if_it_is_stopped_and_resume
     train(runs["fast"], may_compile=True)
     for may_compile in (True, False, True, True):
         with pytest.raises(Interrupted):
-            train(runs["stopped"], may_compile=may_compile, should_stop=after(6))
+            train(runs["stopped"], may_compile=may_compile, should_stop=after(4))
     train(runs["stopped"], may_compile=True)
     assert contents(runs["fast"]) == contents(runs["slow"])
     assert contents(runs["stopped"]) == contents(runs["slow"])

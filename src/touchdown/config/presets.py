@@ -317,7 +317,7 @@ _NAMED: dict[str, tuple[str, Config]] = {
         _SWIFT,
     ),
     "frugal": (
-        "double DQN, mirrored replay; lands verifiably after few env steps (van Hasselt et al., 2016)",
+        "double DQN, mirrored replay; lands after few env steps (van Hasselt et al., 2016)",
         _FRUGAL,
     ),
     "ace": (
