@@ -113,16 +113,24 @@ void Loop::store(const Parts& parts, std::size_t i, bool truncated, Counts& coun
                     .o_t = environments.results.observations + i * size};
     const std::int64_t copies = total > settings_.resave_threshold ? 1 + settings_.resaves : 1;
     for (std::int64_t copy = 0; copy < copies; ++copy) {
-      if (settings_.prioritized) {
-        parts.priorities.set(counts.added % parts.memory.capacity, counts.priorities.max_priority);
-      }
+      prioritise_next(parts, counts);
       parts.memory.store(step, counts.added++);
+    }
+    if (!mirror_) continue;
+    for (std::int64_t copy = 0; copy < copies; ++copy) {
+      prioritise_next(parts, counts);
+      parts.memory.store_image(step, *mirror_, counts.added++);
     }
   }
   std::copy(o_tm1 + complete * size, o_tm1 + length * size, o_tm1);
   std::copy(a_tm1 + complete, a_tm1 + length, a_tm1);
   std::copy(r_t + complete, r_t + length, r_t);
   parts.windows.lengths[i] = static_cast<std::int64_t>(length - complete);
+}
+
+void Loop::prioritise_next(const Parts& parts, const Counts& counts) const {
+  if (!settings_.prioritized) return;
+  parts.priorities.set(counts.added % parts.memory.capacity, counts.priorities.max_priority);
 }
 
 Loop::Learnt Loop::learn(const Parts& parts, Counts& counts) {
@@ -134,6 +142,7 @@ Loop::Learnt Loop::learn(const Parts& parts, Counts& counts) {
     const std::int64_t updates_before = counts.updates;
     const fused::Metrics metrics = update(parts, due * settings_.gradient_steps, counts);
     learnt.updated = true;
+    if (parts.average) average(parts);
     if (periods_crossed(updates_before, counts.updates, settings_.metrics_period) > 0) {
       learnt.metrics = metrics;
     }
@@ -143,6 +152,13 @@ Loop::Learnt Loop::learn(const Parts& parts, Counts& counts) {
     std::copy_n(parts.learner.online, network_.num_params, parts.learner.target);
   }
   return learnt;
+}
+
+void Loop::average(const Parts& parts) {
+  const auto rate = static_cast<float>(settings_.averaging);
+  for (std::ptrdiff_t i = 0; i < network_.num_params; ++i) {
+    parts.average[i] += rate * (parts.learner.online[i] - parts.average[i]);
+  }
 }
 
 fused::Metrics Loop::update(const Parts& parts, std::int64_t count, Counts& counts) {

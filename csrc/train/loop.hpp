@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "engine/batch.hpp"
@@ -76,15 +77,18 @@ struct Parts {
   Memory memory;
   SumTree priorities;  // of the memory, if it is prioritised
   fused::Learner learner;
-  float* q;  // [N][A]
+  float* average;  // [P], of the online parameters; null: none
+  float* q;        // [N][A]
   const BitGenerator& exploration;
   const BitGenerator& replay;
 };
 
 class Loop {
  public:
-  Loop(const Settings& settings, const fused::Network& network)
-      : settings_(settings), network_(network) {}
+  // With a `mirror`, the image of each transition is stored too.
+  Loop(const Settings& settings, const fused::Network& network,
+       std::optional<Mirror> mirror = std::nullopt)
+      : settings_(settings), network_(network), mirror_(std::move(mirror)) {}
 
   const Settings& settings() const { return settings_; }
   const fused::Network& network() const { return network_; }
@@ -111,11 +115,16 @@ class Loop {
   // What follows a step: the updates and the copy of the target network that are due after it.
   Learnt learn(const Parts& parts, Counts& counts);
   fused::Metrics update(const Parts& parts, std::int64_t count, Counts& counts);
+  // Gives the place of the next transition the largest priority so far, if there are priorities.
+  void prioritise_next(const Parts& parts, const Counts& counts) const;
   // Draws the transitions of all minibatches; refuses those whose action the network does not have.
   void draw(const Parts& parts, const fused::Samples& packed, std::int64_t count, Counts& counts);
+  // average += rate·(online − average)
+  void average(const Parts& parts);
 
   Settings settings_;
   fused::Network network_;
+  std::optional<Mirror> mirror_;
   std::vector<char> explores_;       // [N]
   std::vector<std::int64_t> order_;  // [K·B]
   std::vector<float> rates_;         // [K]

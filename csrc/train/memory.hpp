@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <vector>
 
 #include "fused/transition.hpp"
 
@@ -18,6 +19,13 @@ struct Step {
   float discount_t;
   bool terminated;
   const float* o_t;  // [D]
+};
+
+// A symmetry of the environment, as touchdown.core.types.Mirror has it.
+struct Mirror {
+  std::vector<std::size_t> order;     // [D]
+  std::vector<float> signs;           // [D]
+  std::vector<std::int32_t> actions;  // [A]
 };
 
 struct Memory {
@@ -40,6 +48,21 @@ struct Memory {
     std::memcpy(record + at.terminated, &terminated, sizeof(std::int32_t));
     std::memcpy(record + at.a_t, &no_next_action, sizeof(std::int32_t));
     std::copy_n(step.o_t, num_observations, record + at.o_t);
+  }
+
+  // Stores the mirror image of a transition as the one that follows `added` others.
+  void store_image(const Step& step, const Mirror& mirror, std::int64_t added) const {
+    store(step, added);
+    const fused::TransitionFields at = fused::transition_fields(num_observations);
+    float* const record = records + static_cast<std::size_t>(added % capacity) * at.size;
+    for (std::size_t i = 0; i < num_observations; ++i) {
+      record[at.o_tm1 + i] = step.o_tm1[mirror.order[i]] * mirror.signs[i];
+      record[at.o_t + i] = step.o_t[mirror.order[i]] * mirror.signs[i];
+    }
+    const std::int32_t image[] = {mirror.actions[static_cast<std::size_t>(step.a_tm1)],
+                                  mirror.actions.front()};
+    std::memcpy(record + at.a_tm1, &image[0], sizeof(std::int32_t));
+    std::memcpy(record + at.a_t, &image[1], sizeof(std::int32_t));
   }
 };
 

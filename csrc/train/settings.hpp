@@ -34,6 +34,7 @@ struct Settings {
   std::int64_t update_period = 1;   // environment steps
   std::int64_t gradient_steps = 1;  // updates each time they are due
   std::int64_t target_period = 0;   // environment steps; 0: the target network is never copied
+  double averaging = 0.0;           // the rate of the average of the weights; 0: there is none
   std::int64_t metrics_period = 1;  // updates
   std::int64_t max_episode_steps = 1;
   bool prioritized = false;

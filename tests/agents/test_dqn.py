@@ -309,11 +309,46 @@ def test_a_policy_stays_as_it_was_when_its_agent_goes_on_learning(new_agent: New
     assert not np.array_equal(agent.policy(agent.weights()).act(observations), before)
 
 
+def test_the_average_of_the_weights_is_the_recursive_mean_of_those_after_each_step_with_updates(
+    new_agent: NewAgent,
+):
+    agent = new_agent(learning={"averaging": 0.25, "update_period": 3, "gradient_steps": 2})
+    average, before = online(agent), 0
+    for _ in range(60):
+        feed(agent, 1)
+        if agent.updates > before:
+            average += np.float32(0.25) * (online(agent) - average)
+            before = agent.updates
+    assert before >= 20
+    assert np.array_equal(agent.average, average)
+    layers = agent.learner.model.layers(average)
+    assert all(np.array_equal(value, layers[name]) for name, value in agent.weights().items())
+
+
+def test_averaging_changes_neither_actions_nor_updates(new_agent: NewAgent):
+    agents = [new_agent(learning={"averaging": rate}) for rate in (0.0, 0.1)]
+    for agent in agents:
+        feed(agent, 60)
+    assert np.array_equal(online(agents[0]), online(agents[1]))
+    observations = random_observations(40, seed=7)
+    actions = [agent.act(observations).tolist() for agent in agents]
+    assert actions[0] == actions[1]
+
+
+def test_an_average_of_another_size_in_a_checkpoint_is_refused(new_agent: NewAgent):
+    agent = new_agent(learning={"averaging": 0.1})
+    state = agent.state()
+    state["average"]["params"] = np.zeros(3, np.float32)
+    with pytest.raises(ValueError, match=r"average is float32\(3,\), must be float32"):
+        agent.restore(state)
+
+
 # --- parts that combine ---
 
 PARTS = {
     "double": {"learning": {"target_period": 7, "double": True}},
     "soft updates": {"learning": {"polyak": 0.1}},
+    "averaged": {"learning": {"averaging": 0.1}},
     "three steps": {"learning": {"n_step": 3}},
     "prioritized": {"replay": {"prioritized": True, "beta_duration": 20}},
     "re-saved": {"replay": {"resaves": 2}},

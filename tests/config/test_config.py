@@ -506,6 +506,7 @@ def test_numbers_and_brackets_beyond_reason_are_refused_in_one_line(text, tmp_pa
         ({"double": 1}, "double = 1: must be true or false"),
         ({"n_step": 0}, "n_step = 0: must be 1 to"),
         ({"polyak": 1.5}, r"polyak = 1\.5: must be from 0"),
+        ({"averaging": 1.5}, r"averaging = 1\.5: must be from 0 \(none\) to 1"),
     ],
 )
 def test_parts_that_do_not_go_together_are_refused_with_the_reason(values, complaint):

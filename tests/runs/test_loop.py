@@ -25,7 +25,8 @@ def test_dqn_with_fused_updates_on_the_exact_engine_is_compiled():
     assert why_python(with_("learning", backend="auto")) is None
     settings = {"double": True, "polyak": 0.1, "loss": "huber", "n_step": 3}
     assert why_python(with_("learning", **settings)) is None
-    assert why_python(with_("replay", resaves=3)) is None
+    assert why_python(with_("learning", averaging=0.01)) is None
+    assert why_python(with_("replay", resaves=3, mirrored=True)) is None
     assert why_python(with_("training", num_envs=3)) is None
 
 

@@ -12,6 +12,7 @@ ROOT = Path(__file__).parents[2]
 FIRST = {
     "ace": "6e8e27851049",
     "classic-control": "034709f468ff",
+    "frugal": "a871eb8692d4",
     "presets": "8c8d9b1b6ca9",
     "rungs": "bd27ae9dd28c",
     "search-paper-best": "8e1f8417d12f",

@@ -14,6 +14,7 @@ FILES = sorted(FOLDER.glob("*.toml"))
 CELLS = {
     "ace": 1,
     "classic-control": 3,
+    "frugal": 1,
     "presets": 2,
     "rungs": 21,
     "search-paper-best": 10,

@@ -97,6 +97,16 @@ SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
         "learning": {"update_period": 16},
         "training": {"num_envs": 40},
     },
+    "averaged weights": {"learning": {"averaging": 0.01, "gradient_steps": 2}},
+    "mirror images": {"replay": {"mirrored": True}},
+    "mirror images of re-saves, three steps of three": {
+        "replay": {"mirrored": True, "resaves": 2, "resave_threshold": 0.5, "capacity": 97},
+        "learning": {"n_step": 3},
+        "training": {"num_envs": 3},
+    },
+    "mirror images with priorities": {
+        "replay": {"mirrored": True, "prioritized": True, "resaves": 1, "capacity": 97},
+    },
     "dueling, layer norm": {"network": {"dueling": True, "layer_norm": True}},
 }
 
@@ -266,17 +276,23 @@ def contents(folder: RunFolder) -> dict[str, Any]:
     }
 
 
-@pytest.mark.parametrize("num_envs", [1, 3])
+@pytest.mark.parametrize(
+    ("num_envs", "averaging", "mirrored"), [(1, 0.0, False), (3, 0.0, False), (3, 0.01, True)]
+)
 def test_a_run_writes_the_same_with_either_loop_even_if_it_is_stopped_and_resumed(
-    tmp_path, num_envs
+    tmp_path, num_envs, averaging, mirrored
 ):
-    config = small_run(training={"num_envs": num_envs}, replay={"resaves": 1})
+    config = small_run(
+        training={"num_envs": num_envs},
+        replay={"resaves": 1, "mirrored": mirrored},
+        learning={"averaging": averaging},
+    )
     runs = {name: folders.create(tmp_path, config, name) for name in ("slow", "fast", "stopped")}
     train(runs["slow"], may_compile=False)
     train(runs["fast"], may_compile=True)
     for may_compile in (True, False, True, True):
         with pytest.raises(Interrupted):
-            train(runs["stopped"], may_compile=may_compile, should_stop=after(6))
+            train(runs["stopped"], may_compile=may_compile, should_stop=after(4))
     train(runs["stopped"], may_compile=True)
     assert contents(runs["fast"]) == contents(runs["slow"])
     assert contents(runs["stopped"]) == contents(runs["slow"])
@@ -335,12 +351,13 @@ class Arguments:
         self.records = ring.storage.view(np.float32).reshape(ring.capacity, -1)
         self.priorities: np.ndarray | None = None
         state: Any = learner.state
-        self.learner = [state.online_params, state.target_params, state.mu, state.nu]
+        average = np.zeros(248, np.float32)
+        self.learner = [state.online_params, state.target_params, state.mu, state.nu, average]
         self.q = np.zeros((2, 4), np.float32)
 
-    def loop(self, **settings: Any) -> _train.Loop:
+    def loop(self, mirror: Any = None, **settings: Any) -> _train.Loop:
         given = _train.Settings()
-        given.max_episode_steps, given.target_period = 1_000, 30
+        given.max_episode_steps, given.target_period, given.averaging = 1_000, 30, 0.5
         for name, value in settings.items():
             setattr(given, name, value)
         rngs = [each.bit_generator for each in self.twin.streams]
@@ -349,6 +366,7 @@ class Arguments:
             *rngs,
             given,
             Perceptron(8, (12, 8), 4).network,
+            mirror,
         )
 
     def advance(self, loop: _train.Loop, max_steps: int = 1) -> object:
@@ -377,6 +395,8 @@ class Arguments:
         ("learner", 0, np.zeros(9, np.float32), "online has 9 entries, must have 248"),
         ("learner", 1, None, "target = None: must be given"),
         ("learner", 3, np.zeros(9, np.float32), "nu has 9 entries, must have 248"),
+        ("learner", 4, np.zeros(9, np.float32), "average has 9 entries, must have 248"),
+        ("learner", 4, None, "average = None: must be given"),
     ],
 )
 def test_a_wrong_array_is_refused_before_anything_is_written(part, index, wrong, complaint):
@@ -455,6 +475,29 @@ def test_a_priority_without_a_transition_is_refused():
     arguments.priorities[[1, 3, 7, 15, 31, 63, 127, 255, 511, 1023]] = 1.0
     with pytest.raises(ValueError, match="a priority without a stored transition"):
         arguments.advance(arguments.loop(prioritized=True, batch_size=64))
+
+
+def test_a_waiting_action_that_the_environment_does_not_have_is_refused():
+    arguments = Arguments()
+    arguments.windows = list(Windows.empty(2, 2, 8))
+    arguments.windows[1][1, 0] = 4
+    arguments.windows[3][1] = 1
+    with pytest.raises(ValueError, match="window of environment 1 holds action 4: must be from 0"):
+        arguments.advance(arguments.loop(n_step=2))
+
+
+@pytest.mark.parametrize(
+    ("mirror", "complaint"),
+    [
+        (([0, 1], [1.0] * 8, [0, 1, 2, 3]), "order of the mirror has 2 entries, must have 8"),
+        ((range(8), [1.0] * 7, [0, 1, 2, 3]), "signs of the mirror has 7 entries, must have 8"),
+        ((range(8), [1.0] * 8, [0, 1, 2, 4]), "actions of the mirror must have each number from 0"),
+        (([0] * 8, [1.0] * 8, [0, 1, 2, 3]), "order of the mirror must have each number from 0"),
+    ],
+)
+def test_a_mirror_that_is_no_symmetry_of_the_lander_is_refused(mirror, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        Arguments().loop(mirror=mirror)
 
 
 def test_a_second_thread_is_refused():

@@ -71,6 +71,7 @@ struct Training {
                        .capacity = kCapacity,
                        .num_observations = engine::kObservationSize},
             .learner = {online.data(), target.data(), mu.data(), nu.data()},
+            .average = nullptr,
             .q = q.data(),
             .exploration = exploration,
             .replay = replay};

@@ -4,6 +4,7 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -22,6 +23,8 @@
 namespace touchdown::train {
 
 using MetricsTuple = std::tuple<float, float, float, float>;
+using MirrorTuple =
+    std::tuple<std::vector<std::int64_t>, std::vector<float>, std::vector<std::int64_t>>;
 
 inline Settings checked(const Settings& settings) {
   need_least(settings.epsilon_duration, 1, "epsilon_duration");
@@ -41,6 +44,30 @@ inline Settings checked(const Settings& settings) {
   need_least(settings.max_episode_steps, 1, "max_episode_steps");
   need_least(settings.priorities.beta_duration, 1, "beta_duration");
   return settings;
+}
+
+// The numbers of a permutation of 0 to `size` - 1.
+template <typename T>
+std::vector<T> permutation(const std::vector<std::int64_t>& given, int size, const char* name) {
+  need(given.size(), static_cast<std::size_t>(size), name);
+  std::vector<std::int64_t> sorted = given;
+  std::sort(sorted.begin(), sorted.end());
+  for (int i = 0; i < size; ++i) {
+    if (sorted[static_cast<std::size_t>(i)] != i) {
+      refuse(std::string(name) + " must have each number from 0 to " + std::to_string(size - 1) +
+             " once");
+    }
+  }
+  return {given.begin(), given.end()};
+}
+
+inline std::optional<Mirror> checked(const std::optional<MirrorTuple>& mirror) {
+  if (!mirror) return std::nullopt;
+  const auto& [order, signs, actions] = *mirror;
+  need(signs.size(), engine::kObservationSize, "signs of the mirror");
+  return Mirror{permutation<std::size_t>(order, engine::kObservationSize, "order of the mirror"),
+                signs,
+                permutation<std::int32_t>(actions, engine::kNumActions, "actions of the mirror")};
 }
 
 inline BitGenerator generator_of(const nb::object& bit_generator) {
@@ -64,17 +91,19 @@ struct LearnerArrays {
   std::optional<Vector<float>> target;
   Vector<float> mu;
   Vector<float> nu;
+  std::optional<Vector<float>> average;
 };
 
 // The Python class `Loop`. While one thread steps a batch, others are refused.
 class PythonLoop {
  public:
   PythonLoop(engine::Batch& batch, const nb::object& exploration, const nb::object& replay,
-             const Settings& settings, const fused::Network& network)
+             const Settings& settings, const fused::Network& network,
+             const std::optional<MirrorTuple>& mirror)
       : batch_(batch),
         exploration_(generator_of(exploration)),
         replay_(generator_of(replay)),
-        loop_(checked(settings), of_landers(network)) {
+        loop_(checked(settings), of_landers(network), checked(mirror)) {
     if (network.noisy) refuse("a noisy network: must have no noise");
     need_discrete(batch);
   }
@@ -123,6 +152,7 @@ class PythonLoop {
                                   .target = learner.target ? learner.target->data() : nullptr,
                                   .mu = learner.mu.data(),
                                   .nu = learner.nu.data()},
+                      .average = learner.average ? learner.average->data() : nullptr,
                       .q = q.data(),
                       .exploration = exploration_,
                       .replay = replay_};
@@ -158,6 +188,13 @@ class PythonLoop {
         refuse("the window of environment " + std::to_string(i) + " holds " +
                std::to_string(length) + " steps: must be from 0 to " + std::to_string(n - 1));
       }
+      for (std::int64_t k = 0; k < length; ++k) {
+        const std::int32_t action = windows.a_tm1(i, static_cast<std::size_t>(k));
+        if (action >= 0 && action < engine::kNumActions) continue;
+        refuse("the window of environment " + std::to_string(i) + " holds action " +
+               std::to_string(action) + ": must be from 0 to " +
+               std::to_string(engine::kNumActions - 1));
+      }
     }
   }
 
@@ -167,10 +204,12 @@ class PythonLoop {
     if (learner.target) need(learner.target->shape(0), size, "target");
     need(learner.mu.shape(0), size, "mu");
     need(learner.nu.shape(0), size, "nu");
+    if (learner.average) need(learner.average->shape(0), size, "average");
     const Settings& settings = loop_.settings();
     const bool needs_target =
         settings.rule.double_q || settings.rule.polyak > 0.0f || settings.target_period > 0;
     if (needs_target && !learner.target) refuse("target = None: must be given");
+    if (settings.averaging > 0.0 && !learner.average) refuse("average = None: must be given");
   }
 
   engine::Batch& batch_;

@@ -74,6 +74,7 @@ void bind_settings(nb::module_& m) {
       .def_rw("update_period", &Settings::update_period)
       .def_rw("gradient_steps", &Settings::gradient_steps)
       .def_rw("target_period", &Settings::target_period)
+      .def_rw("averaging", &Settings::averaging)
       .def_rw("metrics_period", &Settings::metrics_period)
       .def_rw("max_episode_steps", &Settings::max_episode_steps);
   settings.def_rw("prioritized", &Settings::prioritized);
@@ -119,9 +120,10 @@ void bind_arrays(nb::module_& m) {
            "o_tm1"_a.noconvert(), "a_tm1"_a.noconvert(), "r_t"_a.noconvert(),
            "lengths"_a.noconvert());
   nb::class_<LearnerArrays>(m, "LearnerArrays")
-      .def(nb::init<Vector<float>, std::optional<Vector<float>>, Vector<float>, Vector<float>>(),
+      .def(nb::init<Vector<float>, std::optional<Vector<float>>, Vector<float>, Vector<float>,
+                    std::optional<Vector<float>>>(),
            "online"_a.noconvert(), "target"_a.noconvert().none(), "mu"_a.noconvert(),
-           "nu"_a.noconvert());
+           "nu"_a.noconvert(), "average"_a.noconvert().none() = nb::none());
 }
 
 }  // namespace
@@ -135,9 +137,10 @@ NB_MODULE(_train, m) {
   bind_arrays(m);
   nb::class_<PythonLoop>(m, "Loop")
       .def(nb::init<engine::Batch&, const nb::object&, const nb::object&, const Settings&,
-                    const fused::Network&>(),
+                    const fused::Network&, const std::optional<MirrorTuple>&>(),
            "batch"_a, "exploration"_a, "replay"_a, "settings"_a, "network"_a,
-           nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(), nb::keep_alive<1, 4>())
+           "mirror"_a.none() = nb::none(), nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
+           nb::keep_alive<1, 4>())
       .def("advance", &PythonLoop::advance, "max_steps"_a, "counts"_a, "pool"_a, "episodes"_a,
            "windows"_a, "records"_a.noconvert(), "priorities"_a.noconvert().none(), "learner"_a,
            "q"_a.noconvert());

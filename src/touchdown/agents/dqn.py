@@ -14,8 +14,9 @@ from touchdown.config.sections import ReplayConfig
 from touchdown.core import records
 from touchdown.core.records import Count
 from touchdown.core.seeding import Streams
-from touchdown.core.types import FloatArray, IntArray, Spaces, StepResult
+from touchdown.core.types import FloatArray, IntArray, Spaces, StepResult, Tensors
 from touchdown.replay import n_step
+from touchdown.replay.mirrored import mirror_of
 from touchdown.replay.n_step import NStep
 from touchdown.replay.priorities import Proportional
 from touchdown.replay.replay import Replay, Sample
@@ -39,18 +40,24 @@ class DQNAgent(LearnerAgent):
 
     def __init__(self, config: Config, spaces: Spaces, streams: Streams, learner: Learner) -> None:
         super().__init__(config, spaces, streams, learner)
+        self.mirror = mirror_of(config, spaces)
         self.replay = Replay(
             config.replay.capacity,
             spaces.observation_size,
             config.replay.resaves,
             config.replay.resave_threshold,
             _proportional(config.replay),
+            self.mirror,
         )
         learning = config.learning
         self.n_steps = [
             NStep(learning.n_step, learning.gamma, needs_next_action=learning.target == "sarsa")
             for _ in range(config.training.num_envs)
         ]
+        self.average: NDArray[np.float32] | None = None
+        """The average of the online weights, [P]; None if the config asks for none."""
+        if learning.averaging:
+            self.average = np.array(learner.state.online_params)
 
     def act(self, observations: FloatArray) -> IntArray:
         """ε-greedy actions (Algorithm 2, line 4), with noisy weights if the network has them.
@@ -120,6 +127,9 @@ class DQNAgent(LearnerAgent):
         metrics, td_errors, self._actor.next_q = self.learner.update(
             _packed(samples), _weights(samples), next_observations, before, measured=measured
         )
+        if self.average is not None:
+            online = np.asarray(self.learner.state.online_params)
+            self.average += np.float32(self._config.learning.averaging) * (online - self.average)
         if samples[0].weights is not None:
             errors: FloatArray = np.asarray(td_errors)
             for sample, td_error in zip(samples, errors, strict=True):
@@ -135,9 +145,18 @@ class DQNAgent(LearnerAgent):
             "terminal_share": shares.terminal,
         }
 
+    def weights(self) -> Tensors:
+        """The parameters by name: the average of the online network's, or a copy of them."""
+        if self.average is None:
+            return super().weights()
+        layers = self.learner.model.layers(self.average)
+        return {name: np.array(value) for name, value in layers.items()}
+
     def state(self) -> dict[str, Any]:
         """The learner's state, the replay memory, unfinished n-step returns, and the actor's."""
+        average = {} if self.average is None else {"average": {"params": self.average.copy()}}
         return {
+            **average,
             "learner": self.learner.tensors(),
             "memory": self.replay.tensors(),
             "n_step": n_step.tensors_of(self.n_steps),
@@ -154,6 +173,14 @@ class DQNAgent(LearnerAgent):
             ValueError: something does not fit.
         """
         records.check(state["memory_added"], Count, "agent.memory_added")
+        if self.average is not None:
+            average = state["average"]["params"]
+            if average.shape != self.average.shape or average.dtype != self.average.dtype:
+                raise ValueError(
+                    f"average is {average.dtype}{average.shape}, must be "
+                    f"{self.average.dtype}{self.average.shape}"
+                )
+            self.average[...] = average
         self.learner.restore(state["learner"])
         self.replay.restore(state["memory"], state["memory_added"])
         n_step.restore(self.n_steps, state["n_step"])

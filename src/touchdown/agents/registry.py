@@ -16,6 +16,7 @@ from touchdown.core import device, plugins
 from touchdown.core.errors import UserError, one_line
 from touchdown.core.seeding import Streams, streams
 from touchdown.core.types import Spaces
+from touchdown.replay.mirrored import mirror_of
 
 _MEMBERS = ("act", "observe", "weights", "policy", "state", "restore")
 
@@ -24,10 +25,13 @@ def check_fits(config: Config, spaces: Spaces) -> None:
     """Refuse a config that does not fit an environment, before anything is created.
 
     Raises:
-        UserError: a table's bins do not fit the environment, value iteration has no model, or a
-            user's agent cannot be made with the config's options.
+        UserError: a table's bins do not fit the environment, value iteration has no model, the
+            replay memory needs a mirror symmetry that the environment lacks, or a user's agent
+            cannot be made with the config's options.
     """
-    if config.algorithm in ("tabular", "value-iteration"):
+    if config.algorithm == "dqn":
+        mirror_of(config, spaces)
+    elif config.algorithm in ("tabular", "value-iteration"):
         plan_of(config, spaces)
         states_of(config.table, spaces)
     elif plugins.is_plugin(config.algorithm):

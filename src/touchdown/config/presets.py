@@ -9,6 +9,7 @@ from touchdown.config.sections import (
     ExplorationConfig,
     LearningConfig,
     NetworkConfig,
+    ReplayConfig,
     RolloutConfig,
     TrainingConfig,
 )
@@ -156,6 +157,36 @@ _ACE = _with(
     },
 )
 
+# Steps are dear and updates cheap. Four environments keep one that hovers from filling the memory;
+# see docs/speed.md for what each part is worth.
+_FRUGAL = Config(
+    network=NetworkConfig(hidden_sizes=(64, 64), layer_norm=True),
+    replay=ReplayConfig(min_size=500, mirrored=True),
+    exploration=ExplorationConfig(schedule="linear", epsilon_end=0.02, epsilon_duration=4_000),
+    learning=LearningConfig(
+        backend="fused",
+        loss="huber",
+        reward_scale=0.1,
+        max_grad_norm=10.0,
+        learning_rate=3e-4,
+        gradient_steps=4,
+        polyak=0.005,
+        averaging=0.004,
+        double=True,
+        n_step=3,
+    ),
+    training=TrainingConfig(
+        num_envs=4,
+        episodes=1_000_000,
+        max_env_steps=200_000,
+        validation_period=500,
+        validation_episodes=32,
+        final_validation_episodes=1_000,
+        test_episodes=1_000,
+        stop_when_solved=True,
+    ),
+)
+
 _NAMED: dict[str, tuple[str, Config]] = {
     "dqn": ("section 4, Algorithm 2: replay, no target network", _DQN),
     "target-dqn": ("section 6, Eq. 5: a target network, copied every 1000 env steps", _TARGET),
@@ -287,6 +318,10 @@ _NAMED: dict[str, tuple[str, Config]] = {
     "swift": (
         "`pqn`, fused, 64 environments; stops once verified to land (Gallici et al., 2025)",
         _SWIFT,
+    ),
+    "frugal": (
+        "double DQN, mirrored replay; lands after few env steps (van Hasselt et al., 2016)",
+        _FRUGAL,
     ),
     "ace": (
         "`swift`, but wider and trained for minutes, for the best return (Gallici et al., 2025)",

@@ -70,6 +70,7 @@ _FUSED: dict[str, dict[str, object]] = {
         **dict.fromkeys(("gamma", "backend", "batch_size", "loss", "reward_scale"), _ANY),
         **dict.fromkeys(("max_grad_norm", "target", "update_period", "gradient_steps"), _ANY),
         **dict.fromkeys(("target_period", "polyak", "double", "n_step"), _ANY),
+        "averaging": _ANY,
         "optimizer": "adam",
     },
 }

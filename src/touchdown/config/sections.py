@@ -92,6 +92,9 @@ class ReplayConfig:
     """τ: extra copies stored of each rewarded transition; 0 is plain replay."""
     resave_threshold: float = 0.0
     """A transition counts as rewarded if its reward exceeds this (reward units)."""
+    mirrored: bool = False
+    """Also store the mirror image of each transition, in an environment that declares its mirror
+    symmetry; the images count as transitions (after van der Pol et al., 2020)."""
     prioritized: bool = False
     """Prioritised replay: sample transitions by their last TD error (Schaul et al., 2016), not
     uniformly."""
@@ -180,6 +183,10 @@ class LearningConfig:
     """Soft update: fraction of the online weights mixed into the target network after each update
     (Lillicrap et al., 2016); 0 disables it. Excludes target_period; if both are 0, there is no
     target network."""
+    averaging: Annotated[float, Meta(ge=0, le=1, description="from 0 (none) to 1")] = 0.0
+    """Weight averaging: fraction of the online weights mixed into their average after each step
+    with updates (after Izmailov et al., 2018). The average is validated, tested and saved, while
+    the online weights explore and learn; 0 uses the online weights for everything."""
     double: bool = False
     """Double Q-learning: the online network selects the next action and the target network
     evaluates it (van Hasselt et al., 2016)."""

@@ -72,6 +72,21 @@ class Described(Protocol):
         ...
 
 
+class Mirror(NamedTuple):
+    """A symmetry of an environment: the mirror image of a transition is as likely as itself.
+
+    In the image, number i of an observation is `signs[i] * observation[order[i]]`, action a is
+    `actions[a]`, and the reward is the same. The image of an image is the transition itself.
+    """
+
+    order: tuple[int, ...]
+    """[D], a permutation of the observation's numbers."""
+    signs: tuple[float, ...]
+    """[D], 1 or -1."""
+    actions: tuple[int, ...]
+    """[A], a permutation of the actions."""
+
+
 class Spaces(NamedTuple):
     """What an agent needs to know about an environment."""
 
@@ -86,6 +101,8 @@ class Spaces(NamedTuple):
     high: tuple[float, ...] = ()
     transitions: Mapping[int, Mapping[int, Any]] | None = None
     """The transition model, as Gymnasium's toy text has it; None if it is not known."""
+    mirror: Mirror | None = None
+    """The environment's mirror symmetry; None if it declares none."""
 
 
 class StepResult(NamedTuple):

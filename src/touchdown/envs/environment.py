@@ -11,8 +11,9 @@ from touchdown.core.errors import UserError
 from touchdown.core.types import Spaces
 from touchdown.envs import custom
 from touchdown.envs.boundary import Boundary
+from touchdown.envs.mirrors import mirror_of
 from touchdown.lander.engine import Engine
-from touchdown.lander.rules import MAX_EPISODE_STEPS, NUM_ACTIONS, is_lander
+from touchdown.lander.rules import MAX_EPISODE_STEPS, MIRROR, NUM_ACTIONS, is_lander
 from touchdown.lander.space import observation_space
 
 
@@ -78,7 +79,9 @@ def _described(env: custom.Env, env_id: str) -> MadeEnv:
         env = TimeLimit(env, MAX_EPISODE_STEPS)
     made = Boundary(env, env_id)
     box = cast(spaces.Box, made.observation_space)
-    return MadeEnv(made, _describe(box, int(action.n), num_states, transitions))
+    described = _describe(box, int(action.n), num_states, transitions)
+    mirror = mirror_of(env, env_id, described.observation_size, described.num_actions)
+    return MadeEnv(made, described._replace(mirror=mirror))
 
 
 def _describe(
@@ -112,7 +115,7 @@ def spaces_of(env_id: str, engine: Engine = "gymnasium") -> Spaces:
         UserError: as in `make_env`.
     """
     if engine == "exact" and is_lander(env_id):
-        return _describe(observation_space(), NUM_ACTIONS)
+        return _describe(observation_space(), NUM_ACTIONS)._replace(mirror=MIRROR)
     made = make_env(env_id, engine=engine)
     made.env.close()
     return made.spaces

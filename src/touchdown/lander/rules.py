@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from touchdown.core.types import Mirror
+
 LANDER_IDS = ("LunarLander-v3",)
 EXACT_ID = "touchdown/LunarLander-v3"
 MAX_EPISODE_STEPS = 1_000  # Gymnasium's time limit of the lander
@@ -13,6 +15,12 @@ MAIN_ENGINE_COST = 0.3  # return points per step, as in gymnasium's lunar_lander
 SIDE_ENGINE_COST = 0.03
 NOTHING, STEP, BEGIN = range(3)  # an environment's task in one call of a batch
 IDLE, LEFT_ENGINE, MAIN_ENGINE, RIGHT_ENGINE = range(4)
+# left and right: x, its velocity, the angle and its velocity change sign, and the legs swap
+MIRROR = Mirror(
+    order=(0, 1, 2, 3, 4, 5, 7, 6),
+    signs=(-1.0, 1.0, -1.0, 1.0, -1.0, -1.0, 1.0, 1.0),
+    actions=(IDLE, RIGHT_ENGINE, MAIN_ENGINE, LEFT_ENGINE),
+)
 
 
 def is_lander(env_id: str) -> bool:

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from touchdown.core.types import FloatArray, IntArray, RecordArray, Tensors
+from touchdown.core.types import FloatArray, IntArray, Mirror, RecordArray, Tensors
+from touchdown.replay.mirrored import Mirrored
 from touchdown.replay.priorities import Priorities, Proportional
 from touchdown.replay.ring import Ring
 from touchdown.replay.transition import Transition, transition_dtype
@@ -40,6 +41,8 @@ class Replay:
         resaves: τ, extra copies stored of a rewarded transition (τ + 1 copies in total).
         resave_threshold: a transition counts as rewarded if its reward exceeds this.
         priorities: prioritisation by TD error; None samples uniformly.
+        mirror: the symmetry by which each transition's mirror image is stored too; None stores no
+            images.
     """
 
     def __init__(
@@ -49,11 +52,13 @@ class Replay:
         resaves: int = 0,
         resave_threshold: float = 0.0,
         priorities: Proportional | None = None,
+        mirror: Mirror | None = None,
     ) -> None:
         self._ring = Ring(capacity, transition_dtype(observation_size))
         self._priorities = priorities and Priorities(priorities, capacity)
         self._resaves = resaves
         self._threshold = resave_threshold
+        self._mirrored = mirror and Mirrored(mirror)
 
     def __len__(self) -> int:
         return len(self._ring)
@@ -69,7 +74,12 @@ class Replay:
         return self._priorities
 
     def add(self, transition: Transition) -> None:
-        """Store one transition, τ + 1 times if it is rewarded."""
+        """Store one transition, τ + 1 times if it is rewarded, and its mirror image as often."""
+        self._store(transition)
+        if self._mirrored is not None:
+            self._store(self._mirrored(transition))
+
+    def _store(self, transition: Transition) -> None:
         for _ in range(1 + self._resaves if transition.r_t > self._threshold else 1):
             if self._priorities is not None:
                 self._priorities.add(self._ring.added % self._ring.capacity)

@@ -31,6 +31,7 @@ class Settings:
     reward_scale: float
     max_grad_norm: float
     polyak: float
+    averaging: float
     update_period: int
     gradient_steps: int
     target_period: int
@@ -102,6 +103,7 @@ class LearnerArrays:
         target: Float32[np.ndarray, " P"] | None,
         mu: Float32[np.ndarray, " P"],
         nu: Float32[np.ndarray, " P"],
+        average: Float32[np.ndarray, " P"] | None = None,
     ) -> None: ...
 
 class Loop:
@@ -114,6 +116,7 @@ class Loop:
         replay: BitGenerator,
         settings: Settings,
         network: Network,
+        mirror: tuple[Sequence[int], Sequence[float], Sequence[int]] | None = None,
     ) -> None: ...
     def advance(
         self,

@@ -41,7 +41,7 @@ _SETTINGS = {
             "batch_size",
         ),
         *("reward_scale", "max_grad_norm", "update_period", "gradient_steps", "target_period"),
-        *("polyak", "double"),
+        *("polyak", "averaging", "double"),
     ),
     "training": ("metrics_period",),
 }
@@ -78,6 +78,7 @@ class CompiledLoop:
             *bit_generators,
             settings,
             agent.learner.model.perceptron.network,
+            agent.mirror,
         )
         self._module = _train
         self._counts = _train.Counts()
@@ -150,7 +151,9 @@ class CompiledLoop:
                 arrays.WindowArrays(*self._windows),
                 ring.storage.view(np.float32).reshape(ring.capacity, -1),
                 None if priorities is None else priorities.nodes,
-                arrays.LearnerArrays(state.online_params, state.target_params, state.mu, state.nu),
+                arrays.LearnerArrays(
+                    state.online_params, state.target_params, state.mu, state.nu, self._agent.average
+                ),
                 self._next_q,
             )
         if priorities is not None:
