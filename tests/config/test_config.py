@@ -205,7 +205,7 @@ def test_digest_changes_with_every_field_but_the_label(section: str | None, name
 @pytest.mark.parametrize(
     ("name", "backend", "digest"),
     [
-        ("pilot", "jax", "8c8d9b1b6ca9"),  # the backend that it had then
+        ("paper-best", "jax", "0eb735c1a51a"),
         ("swift", "fused", "e9348d809c61"),
         ("tabular-lander", "jax", "82cbfce239e8"),
         ("c51-dqn", "jax", "488247d9ea7f"),

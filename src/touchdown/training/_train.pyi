@@ -1,3 +1,5 @@
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, Int32, Int64, UInt8
 from numpy.random import BitGenerator

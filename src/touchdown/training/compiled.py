@@ -152,7 +152,11 @@ class CompiledLoop:
                 ring.storage.view(np.float32).reshape(ring.capacity, -1),
                 None if priorities is None else priorities.nodes,
                 arrays.LearnerArrays(
-                    state.online_params, state.target_params, state.mu, state.nu, self._agent.average
+                    state.online_params,
+                    state.target_params,
+                    state.mu,
+                    state.nu,
+                    self._agent.average,
                 ),
                 self._next_q,
             )
