@@ -10,14 +10,15 @@ Q-learning with a target network, on one core: JAX's, the fused ones, and the fl
 import argparse
 import os
 import statistics
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import EngFormatter
+from matplotlib.ticker import FuncFormatter
 
-from fused_update import Case, measure, seconds  # first, as it sets the number of BLAS threads
+from fused_update import SETS, Case, measure, seconds
 from touchdown.core import device
 from touchdown.figures import style
 from touchdown.lander._engine import simd
@@ -85,11 +86,13 @@ def draw(ax: Axes, sizes: Sequence[int], rows: Medians, names: Sequence[str], wh
         ax.plot(sizes, values, color=colour, marker="o", markersize=3.5, linewidth=1.6, label=name)
     ax.set_xscale("log", base=2)
     ax.set_yscale("log")
-    ax.set_xticks(sizes[:: 2 if len(sizes) > 7 else 1])
-    ax.xaxis.set_major_formatter(EngFormatter(sep=""))
+    ax.set_xticks(
+        sizes[::2], [f"{size // 1024}k" if size >= 1024 else f"{size}" for size in sizes[::2]]
+    )
+    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     ax.minorticks_off()
     ax.set_xlabel(what)
-    style.legend_above(ax)
+    ax.legend(frameon=False, fontsize=8, labelcolor=style.INK)
     style.tidy(ax)
 
 
@@ -100,6 +103,10 @@ def main() -> None:
     parser.add_argument("--updates", type=int, default=100)
     parser.add_argument("--out", type=Path)
     args = parser.parse_args()
+    if simd() in SETS and "OPENBLAS_CORETYPE" not in os.environ:
+        # NumPy reads this on import: its products are to use the instruction set that we use
+        os.environ["OPENBLAS_CORETYPE"] = SETS[simd()]
+        os.execv(sys.executable, [sys.executable, *sys.argv])  # noqa: S606
     print(f"{cpu_name()}, {simd()}; medians of {args.rounds} rounds\n")
     flown = engine(args.rounds)
     per_second = [tuple(1e6 / value for value in row) for row in flown]
@@ -117,11 +124,11 @@ def main() -> None:
     figure = style.new_figure(9.6, 3.6)
     axes = figure.subplots(1, 3)
     draw(axes[0], ENVIRONMENTS, flown, ("1 thread", "2 threads"), "environments")
-    draw(axes[1], WIDTHS, by_width, sides, "width of two layers, minibatches of 64")
-    draw(axes[2], BATCHES, by_batch, sides, "minibatch, network [100, 100, 100]")
+    draw(axes[1], WIDTHS, by_width, sides, "width of both layers")
+    draw(axes[2], BATCHES, by_batch, sides, "minibatch")
     axes[0].set_ylabel("µs for a step of one lander")
-    axes[1].set_ylabel("µs for an update")
-    axes[2].set_ylabel("µs for an update")
+    axes[1].set_ylabel("µs for an update (minibatches of 64)")
+    axes[2].set_ylabel("µs for an update ([100, 100, 100])")
     style.title(figure, "How cost grows")
     style.save(figure, args.out)
 
