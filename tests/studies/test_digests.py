@@ -13,7 +13,7 @@ FIRST = {
     "ace": "6e8e27851049",
     "classic-control": "034709f468ff",
     "frugal": "a871eb8692d4",
-    "presets": "8c8d9b1b6ca9",
+    "presets": "f06942102590",
     "rungs": "bd27ae9dd28c",
     "search-paper-best": "8e1f8417d12f",
     "search-pilot": "87a2e38a8b7e",
