@@ -28,7 +28,7 @@ from touchdown.runs.provenance import cpu_name
 ENVIRONMENTS = (1, 4, 16, 64, 256, 1_024, 4_096, 16_384, 65_536)
 WIDTHS = (16, 32, 64, 128, 256, 512)
 BATCHES = (16, 32, 64, 128, 256, 512, 1_024)
-LANDER_STEPS = 65_536  # in each round, at least
+LANDER_STEPS = 262_144  # in each round, at least
 
 Medians = list[tuple[float, ...]]
 """For each size, the median of each side."""
@@ -39,8 +39,8 @@ def steps_with(num_envs: int, num_threads: int) -> Callable[[], float]:
     env = LanderVectorEnv(num_envs, num_threads=num_threads)
     env.reset(seed=0)
     rng = np.random.default_rng(0)
-    count = max(2, LANDER_STEPS // num_envs)
-    actions = rng.integers(4, size=(min(count, 1_000), num_envs))
+    count = max(20, LANDER_STEPS // num_envs)
+    actions = rng.integers(4, size=(min(count, 100), num_envs))
 
     def fly() -> None:
         for step in range(count):
@@ -55,7 +55,7 @@ def engine(rounds: int) -> Medians:
     for num_envs in ENVIRONMENTS:
         sides = [steps_with(num_envs, threads) for threads in (1, 2)]
         for side in sides:
-            side()  # past the start, when all landers fly
+            side()  # past the start, when all landers fly and the threads are tried out
         times = [[side() for side in sides] for _ in range(rounds)]
         found.append(tuple(map(statistics.median, zip(*times, strict=True))))
     return found

@@ -29,9 +29,10 @@ class Pace {
       alone_ = together_ = each;
     } else if (used == 1) {
       // A run that had to wait for its turn while alone is no measure.
-      if (each < kWaited * alone_) alone_ += (each - alone_) * kNewest;
+      if (each < kWaited * alone_) alone_ += (each - alone_) * kNewestAlone;
     } else {
-      together_ += (each - together_) * kNewest;
+      // One run that had to wait is no reason to stop, many are.
+      together_ += (std::min(each, kWaited * alone_) - together_) * kNewest;
       ++runs_;
       if (together_ > alone_) pause();
     }
@@ -48,10 +49,11 @@ class Pace {
   }
 
   static constexpr double kNewest = 1.0 / 64.0;
+  static constexpr double kNewestAlone = 1.0 / 8.0;  // so that a short pause suffices for a measure
   static constexpr double kWaited = 5.0;
   static constexpr std::size_t kLong = 256;
   static constexpr std::size_t kFirst = 16;
-  static constexpr std::size_t kShortestPause = 64;
+  static constexpr std::size_t kShortestPause = 16;
   static constexpr std::size_t kLongestPause = 8192;
 
   double alone_ = 0.0;     // seconds per unit of work, by one thread

@@ -12,7 +12,7 @@ from touchdown.lander import rules
 from touchdown.lander.engine import Engine
 
 # with fewer, starting a thread takes longer than it saves
-_ENVS_PER_THREAD = 32
+_ENVS_PER_THREAD = 64
 
 
 class EnvPool(Protocol):
