@@ -41,10 +41,10 @@ TEST("a run together that is slower than alone is followed by runs alone, and th
   pace.took(milliseconds(500), 100, 2);
   int alone = 0;
   while (pace.is_better_alone()) ++alone;
-  CHECK_EQUAL(alone, 64);
+  CHECK_EQUAL(alone, 16);
   pace.took(milliseconds(500), 100, 2);
   while (pace.is_better_alone()) ++alone;
-  CHECK_EQUAL(alone, 64 + 128);  // the pause doubles
+  CHECK_EQUAL(alone, 16 + 32);  // the pause doubles
 }
 
 TEST("runs together that are faster go on together") {
@@ -54,6 +54,30 @@ TEST("runs together that are faster go on together") {
     pace.took(milliseconds(6), 100, 2);
     CHECK(!pace.is_better_alone());
   }
+}
+
+TEST("a single run that had to wait does not stop threads that do well") {
+  Pace pace;
+  while (pace.is_better_alone()) pace.took(milliseconds(10), 100, 1);
+  for (int i = 0; i < 300; ++i) {
+    pace.took(milliseconds(i % 100 == 50 ? 300 : 6), 100, 2);
+    CHECK(!pace.is_better_alone());
+  }
+}
+
+TEST("after a start that was cheaper than the rest, threads are used again soon") {
+  Pace pace;
+  while (pace.is_better_alone()) pace.took(milliseconds(3), 100, 1);
+  int alone = 0;
+  for (int i = 0; i < 1000; ++i) {
+    if (pace.is_better_alone()) {
+      ++alone;
+      pace.took(milliseconds(10), 100, 1);
+    } else {
+      pace.took(milliseconds(6), 100, 2);
+    }
+  }
+  CHECK(alone >= 16 && alone <= 16 + 32);
 }
 
 }  // namespace
