@@ -55,6 +55,6 @@ def test_landers_are_split_between_threads_only_if_there_are_enough_of_them(envi
 
     environ.setattr(engine, "Batch", batch)
     environ.setenv("OMP_NUM_THREADS", "4")
-    for count in (1, 32, 33, 64, 1_000):
+    for count in (1, 64, 65, 128, 1_000):
         make_pool("LunarLander-v3", count, "exact")
-    assert asked == [(1, 1), (32, 1), (33, 2), (64, 2), (1_000, 4)]
+    assert asked == [(1, 1), (64, 1), (65, 2), (128, 2), (1_000, 4)]
