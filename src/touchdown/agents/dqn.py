@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from touchdown.agents.actor import periods_crossed
 from touchdown.agents.learner_agent import LearnerAgent
-from touchdown.agents.learners.learner import Learner, Metrics
+from touchdown.agents.learners.learner import Learner, Metrics, check_tensors
 from touchdown.config.config import Config
 from touchdown.config.sections import ReplayConfig
 from touchdown.core import records
@@ -147,10 +147,7 @@ class DQNAgent(LearnerAgent):
 
     def weights(self) -> Tensors:
         """The parameters by name: the average of the online network's, or a copy of them."""
-        if self.average is None:
-            return super().weights()
-        layers = self.learner.model.layers(self.average)
-        return {name: np.array(value) for name, value in layers.items()}
+        return super().weights() if self.average is None else self._named(self.average)
 
     def state(self) -> dict[str, Any]:
         """The learner's state, the replay memory, unfinished n-step returns, and the actor's."""
@@ -175,11 +172,7 @@ class DQNAgent(LearnerAgent):
         records.check(state["memory_added"], Count, "agent.memory_added")
         if self.average is not None:
             average = state["average"]["params"]
-            if average.shape != self.average.shape or average.dtype != self.average.dtype:
-                raise ValueError(
-                    f"average is {average.dtype}{average.shape}, must be "
-                    f"{self.average.dtype}{self.average.shape}"
-                )
+            check_tensors({"average": average}, {"average": self.average})
             self.average[...] = average
         self.learner.restore(state["learner"])
         self.replay.restore(state["memory"], state["memory_added"])

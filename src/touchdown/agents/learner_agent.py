@@ -6,7 +6,7 @@ from touchdown.agents.actor import ActingAgent, Actor
 from touchdown.agents.learners.learner import Learner
 from touchdown.config.config import Config
 from touchdown.core.seeding import Streams
-from touchdown.core.types import Policy, Spaces, Tensors
+from touchdown.core.types import FloatArray, Policy, Spaces, Tensors
 
 
 class LearnerAgent(ActingAgent):
@@ -27,7 +27,11 @@ class LearnerAgent(ActingAgent):
 
     def weights(self) -> Tensors:
         """The online network's parameters by name: copies, as later updates change them."""
-        layers = self.learner.model.layers(np.asarray(self.learner.state.online_params))
+        return self._named(np.asarray(self.learner.state.online_params))
+
+    def _named(self, params: FloatArray) -> Tensors:
+        """Copies of flat parameters [P] by name."""
+        layers = self.learner.model.layers(params)
         return {name: np.array(value) for name, value in layers.items()}
 
     def policy(self, weights: Tensors) -> Policy:

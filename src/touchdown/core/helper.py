@@ -54,7 +54,7 @@ class Helper:
         self._end = weakref.finalize(self, _end, self._process, os.getpid())
 
     def close(self) -> None:
-        """End the process, whatever it is doing."""
+        """End the process, even in the middle of a call."""
         self._end()
 
     def start(self, function: str, **arguments: Any) -> int:

@@ -18,6 +18,7 @@ from touchdown.envs.episodes import Underway
 from touchdown.envs.pool import ExactEnvPool
 from touchdown.lander import rules
 from touchdown.replay.n_step import Windows
+from touchdown.training.arrays import episode_arrays, pool_arrays
 from touchdown.training.loop import STEPS_BETWEEN_LOOKS, AgentStep, begin_next
 
 MetricsTuple = tuple[float, float, float, float]
@@ -142,12 +143,8 @@ class CompiledLoop:
             metrics = self._loop.advance(
                 max_steps,
                 counts,
-                arrays.PoolArrays(
-                    pool.actions, pool.observations, pool.rewards, pool.terminated, pool.steps
-                ),
-                arrays.EpisodeArrays(
-                    underway.observations, underway.returns, underway.steps, underway.actions
-                ),
+                pool_arrays(pool),
+                episode_arrays(underway),
                 arrays.WindowArrays(*self._windows),
                 ring.storage.view(np.float32).reshape(ring.capacity, -1),
                 None if priorities is None else priorities.nodes,

@@ -13,6 +13,7 @@ from touchdown.core.types import IntArray, Policy, StepResult
 from touchdown.envs.episodes import Underway
 from touchdown.envs.pool import EnvPool, ExactEnvPool
 from touchdown.lander import rules
+from touchdown.training.arrays import episode_arrays, pool_arrays
 
 if TYPE_CHECKING:
     from touchdown.training import _train
@@ -37,20 +38,14 @@ class CompiledSteps:
             return None
         if not isinstance(policy.network, FusedNetwork):
             return None
-        from touchdown.training import _train  # noqa: PLC0415 - if it was built
-
         tasks = np.full(len(pool.actions), rules.NOTHING, np.uint8)
         tasks[flying] = rules.STEP
         steps = self._rollout(policy.network, pool).advance(
             _MOST_STEPS,
             np.ascontiguousarray(policy.params, np.float32),
             tasks,
-            _train.PoolArrays(
-                pool.actions, pool.observations, pool.rewards, pool.terminated, pool.steps
-            ),
-            _train.EpisodeArrays(
-                underway.observations, underway.returns, underway.steps, underway.actions
-            ),
+            pool_arrays(pool),
+            episode_arrays(underway),
         )
         # none if a value is not finite, which a single step will complain about
         return pool.results(flying) if steps else None
