@@ -1,0 +1,1 @@
+"""Pages with a lander in them: the playground, and training as it happens."""
