@@ -18,6 +18,7 @@ from touchdown.core import records
 from touchdown.core.records import Count
 from touchdown.core.seeding import Streams
 from touchdown.core.types import FloatArray, IntArray, Spaces, StepResult
+from touchdown.replay.mirrored import Mirrored, mirror_of
 
 
 class PQNAgent(LearnerAgent):
@@ -40,6 +41,8 @@ class PQNAgent(LearnerAgent):
         }
         self._rollout["a_tm1"] = np.zeros(shape, np.int32)
         self._num_filled = 0  # steps of the rollout so far
+        mirror = mirror_of(config, spaces)
+        self._mirrored = mirror and Mirrored(mirror)
 
     def act(self, observations: FloatArray) -> IntArray:
         """ε-greedy actions: [N, D] to [N]."""
@@ -73,6 +76,8 @@ class PQNAgent(LearnerAgent):
 
     def _learn(self, next_observations: FloatArray) -> dict[str, float] | None:
         config = self._config.rollout
+        if self._mirrored is not None:
+            self._mirror_half(self._mirrored)
         size = self._rollout["r_t"].size
         orders = [
             self._rng.permutation(size)[: size - size % config.minibatches]
@@ -83,18 +88,25 @@ class PQNAgent(LearnerAgent):
         metrics, self._actor.next_q = self.learner.fit_rollout(rollout, order, next_observations)
         before = self._actor.updates
         self._actor.updates += len(order)
+        self._add_to_average()
         if not self._actor.metrics_due(before):
             return None
         return metrics.to_floats(self._config.learning.reward_scale)
 
+    def _mirror_half(self, mirrored: Mirrored) -> None:
+        """Replace the steps of some environments, half of them on average, by their images."""
+        chosen = self._rng.random(self._config.training.num_envs) < 0.5
+        for name, image_of in (
+            ("o_tm1", mirrored.observations),
+            ("a_tm1", mirrored.actions),
+            ("o_t", mirrored.observations),
+        ):
+            stored = self._rollout[name]
+            stored[:, chosen] = image_of(stored[:, chosen])
+
     def state(self) -> dict[str, Any]:
         """The learner's state, the unfinished rollout, and the actor's."""
-        return {
-            "learner": self.learner.tensors(),
-            "rollout": self._rollout,
-            "filled": self._num_filled,
-            **self._actor.state(),
-        }
+        return {**super().state(), "rollout": self._rollout, "filled": self._num_filled}
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Restore what `state` returned.
@@ -105,11 +117,10 @@ class PQNAgent(LearnerAgent):
             ValueError: something does not fit.
         """
         records.check(state["filled"], Count, "agent.filled")
-        self.learner.restore(state["learner"])
         for name, part in self._rollout.items():
             part[:] = state["rollout"][name]
         steps = self._config.rollout.rollout_steps
         if state["filled"] >= steps:  # the agent would have learned from a complete rollout
             raise ValueError(f"agent.filled = {state['filled']}: must be less than {steps} steps")
-        self._actor.restore(state)
+        super().restore(state)
         self._num_filled = int(state["filled"])
