@@ -171,7 +171,7 @@ def test_the_values_of_the_next_actions_are_those_computed_apart():
 def test_each_environment_learns_from_its_steps_or_from_all_their_images(
     monkeypatch: pytest.MonkeyPatch,
 ):
-    agent, rows = new_pqn(rollout={"mirrored": True}), random_rows(81)
+    agent, rows = new_pqn(rollout={"mirror_half": True}), random_rows(81)
     learned = []
     fit = agent.learner.fit_rollout
 
@@ -205,9 +205,9 @@ def test_each_environment_learns_from_its_steps_or_from_all_their_images(
 
 
 def test_images_need_a_symmetry():
-    config = Config(algorithm="pqn", rollout=RolloutConfig(mirrored=True))
+    config = Config(algorithm="pqn", rollout=RolloutConfig(mirror_half=True))
     spaces = Spaces(observation_size=5, num_actions=2)
-    with pytest.raises(UserError, match="declares no mirror symmetry"):
+    with pytest.raises(UserError, match=r"mirror_half = True.*declares no mirror symmetry"):
         PQNAgent(config, spaces, streams(0), make_learner(config, spaces))
 
 

@@ -255,7 +255,7 @@ class RolloutConfig:
     """Minibatches per pass, with one update each."""
     trace_decay: Share = 0.65
     """λ of the λ-returns: 0 bootstraps after one step, 1 at the end of the rollout."""
-    mirrored: bool = False
+    mirror_half: bool = False
     """Learn from the mirror image of every second environment's steps, chosen at random in each
     rollout; the environment must declare its mirror symmetry (after van der Pol et al., 2020)."""
 

@@ -14,11 +14,12 @@ def mirror_of(config: Config, spaces: Spaces) -> Mirror | None:
     Raises:
         UserError: the config asks for images, but the environment declares no symmetry.
     """
-    if not (config.replay.mirrored or config.rollout.mirrored):
+    if not (config.replay.mirrored or config.rollout.mirror_half):
         return None
     if spaces.mirror is None:
+        name = "mirrored" if config.replay.mirrored else "mirror_half"
         raise UserError(
-            f"mirrored = True: must be False for env_id = {config.env_id!r}, which declares no "
+            f"{name} = True: must be False for env_id = {config.env_id!r}, which declares no "
             "mirror symmetry"
         )
     return spaces.mirror
