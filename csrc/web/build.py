@@ -22,6 +22,7 @@ _SOURCES = (
     "engine/lane_kernel.cpp",
     "fused/network.cpp",
     "web/lander.cpp",
+    "web/libm/replaced.cpp",
     "web/network.cpp",
     "web/support.cpp",
 )
