@@ -80,11 +80,7 @@ function episode(engine, policy, { seed, settings }) {
   };
 }
 
-/**
- * Episodes as JSON, with their arrays in base64.
- *
- * @param {Uint8Array} bytes
- */
+/** @param {Uint8Array} bytes */
 export function base64(bytes) {
   let text = "";
   for (let i = 0; i < bytes.length; i += 4096) {
@@ -93,10 +89,7 @@ export function base64(bytes) {
   return btoa(text);
 }
 
-/**
- * @param {string} text
- * @returns {Uint8Array}
- */
+/** @param {string} text */
 export function fromBase64(text) {
   return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
 }

@@ -13,6 +13,7 @@
  * @property {number} v_max
  * @property {boolean} noisy
  */
+/** @import { Policy } from "touchdown/policy.js" */
 import { parse } from "touchdown/safetensors.js";
 
 const ENV_ID = "LunarLander-v3";
@@ -26,7 +27,7 @@ const MOST_NODES = 100_000;
 /**
  * Flies by a network's values, computed in single precision; noisy weights by their means.
  *
- * @implements {import("touchdown/policy.js").Policy}
+ * @implements {Policy}
  */
 export class NetworkPolicy {
   #exports;
