@@ -1,4 +1,5 @@
 // Flies episodes on the engine and records all that it says, to be compared with the native engine.
+import { base64, fromBase64 } from "tests/base64.js";
 import { loadEngine } from "touchdown/engine.js";
 import { HeuristicPolicy } from "touchdown/heuristic.js";
 import { PidPolicy } from "touchdown/pid.js";
@@ -78,20 +79,6 @@ function episode(engine, policy, { seed, settings }) {
     ends: Uint8Array.from(ends),
     facts,
   };
-}
-
-/** @param {Uint8Array} bytes */
-export function base64(bytes) {
-  let text = "";
-  for (let i = 0; i < bytes.length; i += 4096) {
-    text += String.fromCharCode(...bytes.subarray(i, i + 4096));
-  }
-  return btoa(text);
-}
-
-/** @param {string} text */
-export function fromBase64(text) {
-  return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
 }
 
 /**

@@ -3,22 +3,19 @@
 import base64
 from collections.abc import Generator
 from itertools import cycle, islice
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from javascript import HERE, STATIC, in_browser, in_node
+from javascript import ACE, MODULE, encoded, in_browser, in_node
 from playwright.sync_api import Browser
 
-import touchdown
 from chromium import chromium
 from touchdown.envs.outcome import outcome_of
 from touchdown.lander.rules import fuel_of
 from touchdown.lander.single import LanderEnv
 
-FLIGHTS = HERE / "flights.js"
-ACE = Path(touchdown.__file__).parent / "policies/shipped/ace.safetensors"
+FLIGHTS = "flights.js"
 POLICIES = ("random", "heuristic", "ace", "pid")
 SETTINGS = (
     {},
@@ -59,11 +56,7 @@ def jobs(count: int) -> list[dict[str, Any]]:
 
 def request(count: int) -> dict[str, Any]:
     """What flights.js needs."""
-    encoded = {
-        name: base64.b64encode(path.read_bytes()).decode()
-        for name, path in (("module", STATIC / "lander.wasm"), ("weights", ACE))
-    }
-    return {**encoded, "jobs": jobs(count)}
+    return {"module": encoded(MODULE), "weights": encoded(ACE), "jobs": jobs(count)}
 
 
 def native(job: dict[str, Any], actions: np.ndarray) -> Flown:
