@@ -216,7 +216,7 @@ export class Lander {
   }
 
   #flying() {
-    if (!this.#started) throw new Error("reset the lander before its first step");
+    if (!this.#started) throw new Error("reset the lander first");
     return this.#use();
   }
 
@@ -250,6 +250,8 @@ function defined(settings) {
  * @returns {Required<Settings>}
  */
 function check(settings) {
+  const unknown = Object.keys(settings).find((name) => !Object.hasOwn(DEFAULTS, name));
+  if (unknown !== undefined) throw new Error(`unknown setting ${JSON.stringify(unknown)}`);
   const { gravity, enableWind, windPower, turbulencePower } = settings;
   if (!(gravity > -12 && gravity < 0)) {
     throw new Error(`gravity = ${gravity}: must be between -12 and 0`);
