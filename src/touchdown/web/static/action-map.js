@@ -8,21 +8,22 @@ import { contextOf, makeCanvas } from "touchdown/frame.js";
  * @property {[number, number]} indices in the observation, across and up
  * @property {[number, number]} low of the map's edges
  * @property {[number, number]} high
- * @property {[string, string]} names
- * @property {[number, number]} units of the shown numbers per unit of the observation
+ * @property {[string, string]} names with the edges in the units of the dials
  */
 
 /** @type {Record<string, Axes>} */
 export const MAPS = {
   position: {
-    indices: [0, 1], low: [-1, -0.1], high: [1, 1.5], names: ["x", "y"], units: [10, 20 / 3],
+    indices: [0, 1], low: [-1, -0.15], high: [1, 1.5],
+    names: ["x, −10 to 10 m", "y, −1 to 10 m"],
   },
   velocity: {
-    indices: [2, 3], low: [-1.5, -1.8], high: [1.5, 0.6], names: ["vx", "vy"], units: [5, 7.5],
+    indices: [2, 3], low: [-1.6, -1.6], high: [1.6, 0.8],
+    names: ["vx, −8 to 8 m/s", "vy, −12 to 6 m/s"],
   },
   rotation: {
-    indices: [4, 5], low: [-1.2, -2], high: [1.2, 2], names: ["angle", "turning"],
-    units: [180 / Math.PI, (2.5 * 180) / Math.PI],
+    indices: [4, 5], low: [-1.0472, -1.3963], high: [1.0472, 1.3963],
+    names: ["angle, −60 to 60°", "turning, −200 to 200°/s"],
   },
 };
 const COLUMNS = 48;

@@ -102,11 +102,13 @@ export class SceneView {
     const writing = { context, frame, pixelRatio: frame.width / (this.canvas.clientWidth || 600) };
     const alone = craft.length === 1 ? craft[0] : undefined;
     drawTitle(writing, alone?.label ?? "", `start ${seed}`);
-    for (const each of craft) {
+    /** @type {[number, number][]} */
+    const taken = []; // where names are
+    for (const each of [...craft].reverse()) {
       const hull = { x: Number(each.bodies[0]), y: Number(each.bodies[1]) };
       if (hull.y > HEIGHT + 0.6) drawHeightMarker(writing, hull, each.colour);
       if (!alone && each.label) {
-        drawName(writing, hull, each.label, each.colour, Math.max(each.opacity ?? 1, 0.6));
+        taken.push(drawName(writing, hull, each.label, each.colour, taken));
       }
     }
     const shown = craft.find((each) => each.dials);
