@@ -132,7 +132,8 @@ export function drawName(writing, hull, name, colour, taken) {
  */
 export function drawHeightMarker(writing, hull, colour) {
   const { context, frame } = writing;
-  const column = Math.min(Math.max(frame.column(hull.x), 40 * frame.scale), 560 * frame.scale);
+  const [left, right] = [(isNarrow(writing) ? 150 : 110) * frame.scale, 560 * frame.scale]; // beside the title
+  const column = Math.min(Math.max(frame.column(hull.x), left), right);
   context.beginPath();
   context.moveTo(column, 6 * frame.scale);
   context.lineTo(column - 6 * frame.scale, 14 * frame.scale);

@@ -44,6 +44,7 @@ class Playground {
     this.waited = 0;
     this.frames = 0;
     this.stale = true; // whether the picture is not that of the game
+    this.visible = true; // whether the stage is in sight
     /** @type {string | null} of how a shared flight went where it was shared */
     this.expected = null;
     this.game = new Game(engine, policies, this.demoSetup(seed), (event) => this.onEvent(event));
@@ -96,6 +97,9 @@ class Playground {
     showScores(element(".scores"), this.scores.list);
     new MutationObserver(() => (this.stale = true)).observe(document.documentElement, { attributes: true });
     addEventListener("resize", () => (this.stale = true));
+    new IntersectionObserver(([entry]) => {
+      this.visible = entry?.isIntersecting ?? true;
+    }).observe(element(".scenes"));
   }
 
   /** @param {number} seed */
@@ -280,7 +284,7 @@ class Playground {
     const { game } = this;
     const seconds = (now - before) / 1000;
     this.controls.poll();
-    game.tick(seconds, this.controls.command);
+    if (this.visible || !this.demo) game.tick(seconds, this.controls.command);
     if (this.demo && game.race.over) {
       this.waited += seconds;
       if (this.waited > DEMO_PAUSE) this.startDemo(game.setup.seed + 1);

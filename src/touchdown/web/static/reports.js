@@ -8,13 +8,17 @@ import { YOU } from "touchdown/link.js";
  * A race that goes on.
  * @param {Game} game
  */
-export function describe({ race, playing, engaged, setup }) {
+export function describe(game) {
+  const { race, playing, engaged, setup } = game;
   const { lead, step } = race;
   if (step === 0 && lead.steps === 0 && !playing) {
     return engaged ? "Ready." : "Ready: press an engine to begin.";
   }
-  if (race.replaying && !lead.over) return "A recorded flight: press an engine to take over.";
-  if (!playing) return "Paused.";
+  if (!playing) return "Paused: an engine key flies on from here.";
+  if (step < lead.steps || (race.replaying && !lead.over)) {
+    return "A recorded flight: press an engine to take over.";
+  }
+  if (lead.over) return `${sentenceOf(lead, game.pilot)} The others are still flying.`;
   return engaged ? `${setup.autopilot} is flying: press an engine to override it.` : "You are flying.";
 }
 
@@ -23,24 +27,25 @@ export function describe({ race, playing, engaged, setup }) {
  * @param {Game} game
  */
 export function ranking({ race, pilot }) {
+  if (race.rivals.length === 0) return sentenceOf(race.lead, pilot);
   const results = race.flights.map((flight) => ({
     name: flight === race.lead ? pilot : flight.name,
     outcome: flight.outcome ?? "",
     return: flight.at(flight.steps).return,
   }));
-  const [only] = results;
-  if (results.length === 1 && only) {
-    const who = only.name === YOU ? "You" : only.name;
-    return `${who} ${verbOf(only.outcome)}: return ${signed(only.return, 1)}.`;
-  }
   results.sort((a, b) => b.return - a.return);
   const places = results.map(
     (each, i) => `${i + 1}. ${each.name} ${signed(each.return, 1)} (${each.outcome})`,
   );
-  return places.join("   ");
+  return places.join(" · ");
 }
 
-/** @param {string} outcome */
-function verbOf(outcome) {
-  return outcome === "out of bounds" ? "left the screen" : outcome;
+/**
+ * @param {import("touchdown/flight.js").Flight} flight that has ended
+ * @param {string} pilot
+ */
+function sentenceOf(flight, pilot) {
+  const who = pilot === YOU ? "You" : pilot;
+  const did = flight.outcome === "out of bounds" ? "left the screen" : flight.outcome;
+  return `${who} ${did}: return ${signed(flight.at(flight.steps).return, 1)}.`;
 }

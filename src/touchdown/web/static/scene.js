@@ -27,7 +27,8 @@ import { drawTrail } from "touchdown/trail.js";
  */
 /**
  * @typedef {object} DrawOptions
- * @property {boolean} [banner] whether a single craft's outcome is written over the scene
+ * @property {boolean} [banner] whether the outcome of the craft with the dials is written over the
+ *   scene; by default only where it is alone
  */
 
 const LARGEST = 1600; // pixels of width; a backdrop takes time to paint
@@ -113,8 +114,8 @@ export class SceneView {
     }
     const shown = craft.find((each) => each.dials);
     if (shown?.dials) drawDials(writing, shown.dials, new Set(shown.engines));
-    if (alone?.outcome && alone.dials && (options.banner ?? true)) {
-      drawOutcome(writing, alone.outcome, alone.dials.return);
+    if (shown?.dials && shown.outcome && (options.banner ?? shown === alone)) {
+      drawOutcome(writing, shown.outcome, shown.dials.return);
     }
   }
 
