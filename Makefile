@@ -3,7 +3,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help land test test-all test-cpp faults exactness sanitize check docs bench peers paper lock format clean FORCE
+.PHONY: help land test test-all test-cpp faults exactness sanitize check docs wasm bench peers paper lock format clean FORCE
 
 UV_VERSION := 0.13.9
 PYTHON ?= python3.13 python3.12 python3.11 python3
@@ -57,6 +57,9 @@ check: $(READY) $(TSC) ## check lint, format, types, layers and docs; changes no
 	@$(call node,node) $(TSC)
 	@$(BIN)/uv pip check --quiet --python $(BIN)/python
 	@$(MAKE) --no-print-directory docs
+
+wasm: $(READY) ## compile the engine to WebAssembly, for pages that run it in a browser
+	@$(BIN)/python csrc/web/build.py
 
 docs: $(READY) ## build the documentation into site/
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
@@ -149,7 +152,7 @@ $(if $(call ready,$1),,$(if $(python),,$(error $(no_python))))
 endef
 
 compiled := CMakeLists.txt csrc/CMakeLists.txt \
-	$(filter-out csrc/tests/%,$(wildcard csrc/*/*.?pp csrc/*/python/*.?pp))
+	$(filter-out csrc/tests/% csrc/web/%,$(wildcard csrc/*/*.?pp csrc/*/python/*.?pp))
 
 $(READY): requirements.lock pyproject.toml $(compiled)
 	$(call set-up,.venv)
