@@ -117,6 +117,7 @@ def _of_config(facts: Facts, folder: RunFolder) -> Facts:
 def _settings(config: Config) -> dict[str, Any]:
     return {
         "gamma": config.learning.gamma,
+        "reward_scale": config.learning.reward_scale,
         "learning_rate": config.learning.learning_rate,
         "batch_size": config.learning.batch_size,
         "hidden_sizes": list(config.network.hidden_sizes),

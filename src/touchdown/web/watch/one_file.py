@@ -1,0 +1,1 @@
+"""Writes the page of runs as one file that opens from disk."""
