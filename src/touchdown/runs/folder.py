@@ -83,6 +83,11 @@ class RunFolder:
         return self.path / "validations.jsonl"
 
     @property
+    def training_flights(self) -> Path:
+        """Start and actions of each training episode; of the lander only."""
+        return self.path / "training-flights.jsonl"
+
+    @property
     def checkpoints(self) -> Path:
         """The state that training resumes from, and the best weights."""
         return self.path / "checkpoints"
@@ -91,6 +96,11 @@ class RunFolder:
     def best(self) -> Path:
         """The weights with the best return on validation starts."""
         return self.checkpoints / "best.safetensors"
+
+    @property
+    def over_training(self) -> Path:
+        """The policies at the validations."""
+        return self.checkpoints / "over-training"
 
     @property
     def evaluation(self) -> Path:

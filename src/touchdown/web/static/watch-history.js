@@ -12,7 +12,7 @@
  * @property {string} algorithm
  * @property {number} seed
  * @property {string} alike
- * @property {{gamma: number, learning_rate: number, batch_size: number, hidden_sizes: number[],
+ * @property {{gamma: number, reward_scale: number, learning_rate: number, batch_size: number, hidden_sizes: number[],
  *   activation: string, max_env_steps: number, episodes: number, num_envs: number}|null} settings
  * @property {boolean} is_lander
  * @property {number|null} threshold

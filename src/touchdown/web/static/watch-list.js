@@ -29,7 +29,9 @@ export function start() {
   }
 
   function draw() {
-    const groups = Map.groupBy(runs, (run) => run.group);
+    /** @type {Map<string, Listed[]>} */
+    const groups = new Map();
+    for (const run of runs) groups.set(run.group, [...(groups.get(run.group) ?? []), run]);
     list.replaceChildren(...[...groups].map(([name, members]) => group(name, members)));
     say();
   }

@@ -2,6 +2,7 @@
 
 import { drawCards } from "touchdown/watch-cards.js";
 import { drawCurve, drawEpsilon, drawLoss, drawOutcomes, drawQ } from "touchdown/watch-charts.js";
+import { Films } from "touchdown/watch-films.js";
 import { RunHistory } from "touchdown/watch-history.js";
 import { onClick } from "touchdown/watch-plot.js";
 import { openSource } from "touchdown/watch-source.js";
@@ -35,6 +36,7 @@ export function start() {
   let isDrawing = false;
   let isStale = false;
   let listens = false;
+  const films = new Films(byId("flight"), byId("details"), source, () => ({ colours, axis }));
 
   function view() {
     const all = [...histories.values()];
@@ -60,6 +62,7 @@ export function start() {
     await drawOutcomes(byId("outcomes"), shown);
     await drawQ(byId("q"), shown);
     await drawEpsilon(byId("epsilon"), shown);
+    films.update(shown.runs.map((run) => run.history));
     if (!listens) {
       listens = true;
       listen();
@@ -87,7 +90,7 @@ export function start() {
   function listen() {
     const curve = byId("curve");
     onClick(curve, ([run, episode]) => {
-      if (run !== null) console.assert(episode > 0);
+      if (run !== null) void films.flyEpisode(run, episode);
     });
     /** @type {any} */ (curve).on("plotly_relayout", (/** @type {Record<string, any>} */ change) => {
       if ("xaxis.range[0]" in change)

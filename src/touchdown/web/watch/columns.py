@@ -40,8 +40,9 @@ class Columns:
         """Append rows, leaving some out where there are too many to be drawn."""
         for row in rows:
             if self._seen % self._stride == 0:
-                for name in row.keys() - self._values.keys():
-                    self._values[name] = [None] * self._rows
+                for name in row:
+                    if name not in self._values:
+                        self._values[name] = [None] * self._rows
                 for name, column in self._values.items():
                     column.append(row.get(name))
                 self._rows += 1
