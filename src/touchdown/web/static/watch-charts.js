@@ -205,12 +205,13 @@ export function drawOutcomes(element, view) {
     return line(history, binned(xs, shares.get(wanted) ?? xs.map(() => 0)), colour, ".0%");
   });
   return drawPlot(element, traces, view.colours, {
-    x: axisName(view.axis), y: "share", xaxis: xaxis(view), revision: view.axis, legend: !!only,
+    x: axisName(view.axis), y: "share", xaxis: xaxis(view), revision: view.axis,
     yaxis: { range: [0, 1], tickformat: ".0%" }, hovermode: only ? "x unified" : "closest",
   });
 }
 
-const ORDER = ["landed", "timed out", "crashed", "out of bounds", "terminated"];
+/** The order of outcomes, from the best. */
+export const ORDER = ["landed", "timed out", "crashed", "out of bounds", "terminated"];
 
 /** @param {RunHistory} history @param {View} view */
 function mixOf(history, view) {

@@ -1,7 +1,7 @@
 // The page on which runs are watched: what comes from the source is drawn, a few times a second.
 
 import { drawCards } from "touchdown/watch-cards.js";
-import { drawCurve, drawEpsilon, drawLoss, drawOutcomes, drawQ } from "touchdown/watch-charts.js";
+import { drawCurve, drawEpsilon, drawLoss, drawOutcomes, drawQ, ORDER } from "touchdown/watch-charts.js";
 import { Films } from "touchdown/watch-films.js";
 import { RunHistory } from "touchdown/watch-history.js";
 import { onClick } from "touchdown/watch-plot.js";
@@ -22,7 +22,7 @@ function byId(id) {
 const SAID = {
   live: "live",
   lost: "no connection: the server has ended, or is busy; what you see is what came before",
-  file: "",
+  file: "a copy, which does not change",
 };
 
 export function start() {
@@ -62,6 +62,7 @@ export function start() {
     await drawOutcomes(byId("outcomes"), shown);
     await drawQ(byId("q"), shown);
     await drawEpsilon(byId("epsilon"), shown);
+    drawKey(byId("key"), shown.runs.map((run) => run.history));
     films.update(shown.runs.map((run) => run.history));
     if (!listens) {
       listens = true;
@@ -134,6 +135,18 @@ function sayConnection(state) {
   line.textContent = SAID[state];
   if (state === "file") delete line.dataset["state"];
   else line.dataset["state"] = state;
+}
+
+/** The colours of outcomes, of one run alone. @param {HTMLElement} key @param {RunHistory[]} histories */
+function drawKey(key, histories) {
+  const found = new Set(histories.length === 1 ? histories[0]?.episodes.get("outcome") : []);
+  key.hidden = !found.size;
+  key.replaceChildren(...ORDER.filter((outcome) => found.has(outcome)).map((outcome) => {
+    const item = document.createElement("li");
+    item.textContent = outcome;
+    item.dataset["outcome"] = outcome;
+    return item;
+  }));
 }
 
 /** @param {RunHistory[]} histories */
