@@ -5,7 +5,7 @@ import { replay } from "touchdown/watch-flight.js";
 import { number } from "touchdown/watch-cards.js";
 import { NetworkView } from "touchdown/watch-network.js";
 import { Stage } from "touchdown/watch-stage.js";
-import { STARTS, Trials } from "touchdown/watch-trials.js";
+import { policyName, STARTS, Trials } from "touchdown/watch-trials.js";
 import { drawAlongFlight, drawOverTraining } from "touchdown/watch-values.js";
 
 /** @typedef {import("touchdown/engine.js").Engine} Engine */
@@ -110,11 +110,12 @@ export class Film {
       if (request !== this.#request) return;
       const row = this.history.episodes.get("episode").indexOf(episode);
       const steps = this.history.episodes.get("env_steps")[row] ?? 0;
-      const before = this.trials.policies.findLast((at) => at <= steps - recorded.steps) ?? -1;
-      const network = before < 0 ? null : await this.trials.network(before);
+      const saved = this.history.facts?.policies ?? [];
+      const before = saved.findLast((at) => at <= steps - recorded.steps);
+      const network = before === undefined ? null : await this.trials.network(before);
       if (request !== this.#request) return network?.free();
       const known = this.history.episodes.get("episode_return")[row];
-      this.#take(flown, `training episode ${number(episode)}`, network, before);
+      this.#take(flown, `training episode ${number(episode)}`, network, before ?? 0);
       this.caption.textContent = `Training episode ${number(episode)} from start ${recorded.start}, with ` +
         `its random actions: ${ending(flown)}` +
         (known === undefined ? "." : `; recorded return ${number(known, 1)}.`);
@@ -151,15 +152,15 @@ export class Film {
     this.back.hidden = true;
     this.#showThrough();
     if (policy === undefined) return;
-    this.said.textContent = policy === 0
-      ? "before training"
-      : `after ${number(policy)} steps, policy ${place + 1} of ${this.trials.policies.length}`;
+    const count = this.trials.policies.length;
+    const name = policyName(policy);
+    this.said.textContent = count > 1 ? `${name}, ${place + 1} of ${count}` : name;
     this.slider.setAttribute("aria-valuetext", this.said.textContent);
     try {
       const network = await this.trials.network(policy);
       const flown = await this.trials.fly(policy, this.#start);
       if (request !== this.#request) return network.free();
-      this.#take(flown, policy === 0 ? "before training" : `after ${number(policy)} steps`, network, policy);
+      this.#take(flown, name, network, policy);
       this.caption.textContent = `Greedy flight from start ${this.#start}: ${ending(flown)}.`;
       this.#showTrials();
     } catch (error) {
@@ -179,7 +180,7 @@ export class Film {
       this.networkSaid.textContent = deadSaid(dead, network, this.history);
       const gamma = this.history.facts?.settings?.gamma ?? 1;
       this.alongSaid.textContent =
-        (this.#episode ? `Q of the policy saved at ${number(policy)} steps, before this episode. ` : "") +
+        (this.#episode ? `Q of the policy ${policyName(policy)}, before this episode. ` : "") +
         `Returned: the sum of the rewards that followed, discounted by γ = ${gamma}.` +
         (flown.outcome === "timed out" ? " The time limit cut it off." : "");
     }

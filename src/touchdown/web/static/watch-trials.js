@@ -20,6 +20,15 @@ import { expectations, flyPolicy, mean, returnsToGo } from "touchdown/watch-flig
 /** The first starts of the validations. */
 export const STARTS = [1_000_000, 1_000_001, 1_000_002, 1_000_003, 1_000_004];
 
+/** Stands for the best policy so far, of a run that saved no others. */
+export const BEST = -1;
+
+/** What a policy is called. @param {number} policy */
+export function policyName(policy) {
+  if (policy === BEST) return "best policy so far";
+  return policy === 0 ? "before training" : `after ${policy.toLocaleString("en")} steps`;
+}
+
 export class Trials {
   /** @type {Map<string, Trial>} by policy and start */
   #done = new Map();
@@ -40,9 +49,11 @@ export class Trials {
     this.history = history;
   }
 
-  /** Environment steps at the saved policies. */
+  /** Environment steps at the saved policies; [BEST] if only that was saved. */
   get policies() {
-    return this.history.facts?.policies ?? [];
+    const facts = this.history.facts;
+    if (facts?.policies.length) return facts.policies;
+    return facts?.has_best ? [BEST] : [];
   }
 
   /** @param {number} policy @param {number} start */
@@ -52,7 +63,7 @@ export class Trials {
 
   /** A network that the caller frees. @param {number} policy */
   async network(policy) {
-    return this.engine.newNetwork(await this.source.policy(this.history.key, policy));
+    return this.engine.newNetwork(await this.source.policy(this.history.key, policy === BEST ? "best" : policy));
   }
 
   /** @param {number} policy @param {number} start @returns {Promise<Flown>} */
@@ -115,7 +126,7 @@ export class Trials {
 
 function idle() {
   return new Promise((resolve) => {
-    if ("requestIdleCallback" in globalThis) requestIdleCallback(resolve, { timeout: 300 });
+    if ("requestIdleCallback" in globalThis) requestIdleCallback(resolve, { timeout: 60 });
     else setTimeout(resolve, 20); // Safari has no other
   });
 }

@@ -70,6 +70,10 @@ def _add(content: _Content, run: WatchedRun, most: int) -> None:
         raise UserError(f"run {run.folder.name!r}: was deleted")
     weights = dict(_weights(run.folder, facts["policies"], most))
     facts["policies"] = list(weights)
+    if not weights and facts["has_best"]:
+        content.policies[f"{run.key}/{flights.BEST}"] = flights.read_policy(
+            run.folder, flights.BEST
+        )
     episodes = _recorded(run.folder) if facts["has_flights"] else []
     characters = sum(len(row["actions"]) for row in episodes)
     for row in _evenly(episodes, round(len(episodes) * most / max(most, characters))):
