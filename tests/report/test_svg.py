@@ -5,7 +5,6 @@ import pytest
 import sample_page
 
 from touchdown.figures import style
-from touchdown.report import svg
 from touchdown.report.svg import themed_svg
 
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink">'
@@ -111,7 +110,7 @@ def test_what_is_no_svg_is_refused(text: str):
 
 
 def test_a_variable_of_a_picture_is_one_that_the_page_has(drawn: str):
-    css = Path(svg.__file__).with_name("page.css").read_text("utf-8")
+    css = Path(style.__file__).with_name("palette.css").read_text("utf-8")
     used = {part.partition(")")[0] for part in themed_svg(drawn, "p:").split("var(")[1:]}
     assert used
     assert all(f"{name}: light-dark(" in css for name in used)

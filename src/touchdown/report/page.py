@@ -10,7 +10,7 @@ from hashlib import sha256
 from pathlib import Path
 from urllib.parse import quote
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from touchdown.core import files, limits, reading
@@ -163,7 +163,9 @@ def render(page: Page) -> str:
         if times[name] > 1:
             raise UserError(f"section {name!r}: exists {times[name]} times, must exist once")
     environment = Environment(
-        loader=PackageLoader("touchdown.report", "."),
+        loader=ChoiceLoader(
+            [PackageLoader(f"touchdown.{package}", ".") for package in ("report", "figures")]
+        ),
         autoescape=True,
         finalize=_shown,
         undefined=StrictUndefined,

@@ -1,1 +1,1 @@
-"""Pages that run the lander in a browser: its engine as WebAssembly, and JavaScript modules."""
+"""Pages with a lander in them: the playground, and training as it happens."""

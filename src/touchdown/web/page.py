@@ -1,0 +1,94 @@
+"""A page from a template, its modules and its data: one file, or one that a server completes."""
+
+import json
+from base64 import b64encode
+from collections.abc import Mapping
+from importlib.resources import files as package_files
+from typing import Any
+
+from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+_STATIC = package_files("touchdown.web") / "static"
+_SCRIPT = "text/javascript"
+
+
+def module_names() -> list[str]:
+    """The file names of our JavaScript modules, sorted."""
+    return sorted(file.name for file in _STATIC.iterdir() if file.name.endswith(".js"))
+
+
+def static_file(name: str) -> bytes:
+    """The content of a file that the pages need, such as `lander.wasm` or a module.
+
+    Raises:
+        FileNotFoundError: there is no such file.
+    """
+    return (_STATIC / name).read_bytes()
+
+
+def render(
+    template: str,
+    *,
+    title: str,
+    data: Mapping[str, Any],
+    binaries: Mapping[str, bytes],
+    modules_at: str | None = None,
+    script: str = "",
+) -> str:
+    """A page as HTML.
+
+    Its modules import each other as `touchdown/NAME.js`. They read `data` and `binaries` with
+    `touchdown/data.js`.
+
+    Args:
+        template: file name of the template.
+        title: title of the page.
+        data: what the page knows from the start, as JSON.
+        binaries: files that the page needs, such as weights, by name.
+        modules_at: relative URL of the folder with the modules, such as `./static/`. None puts
+            them into the page, which then needs no other file and opens from disk.
+        script: library that the template puts into the page.
+
+    Raises:
+        ValueError: the library would end the script element in which it stands.
+    """
+    if "</script" in script.lower():
+        raise ValueError("script: must not contain </script")
+    environment = Environment(
+        loader=ChoiceLoader(
+            [
+                PackageLoader("touchdown.web", "templates"),
+                PackageLoader("touchdown.web", "static"),
+                PackageLoader("touchdown.figures", "."),
+            ]
+        ),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    imports = {
+        f"touchdown/{name}": f"{modules_at}{name}" if modules_at else _data_url(name)
+        for name in module_names()
+    }
+    encoded = {name: b64encode(content).decode() for name, content in binaries.items()}
+    return environment.get_template(template).render(
+        title=title,
+        import_map=_json({"imports": imports}),
+        data=_json(data),
+        binaries=_json(encoded),
+        script=Markup(script),  # noqa: S704 - ends no element
+    )
+
+
+def _data_url(module: str) -> str:
+    return f"data:{_SCRIPT};base64,{b64encode(static_file(module)).decode()}"
+
+
+def _json(value: Any) -> Markup:
+    """JSON that cannot end the script element in which it stands."""
+    text = json.dumps(value, ensure_ascii=True, separators=(",", ":"))
+    for character in "<>&":
+        text = text.replace(character, f"\\u{ord(character):04x}")
+    return Markup(text)  # noqa: S704 - has no markup left
