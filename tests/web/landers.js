@@ -113,12 +113,12 @@ const MISUSES = {
   "the snapshot is damaged": (_, lander) => lander.restore(lander.snapshot().subarray(0, 99)),
   "the snapshot is damaged ": (_, lander) => {
     const saved = lander.snapshot();
-    saved[saved.length - 100] ^= 1;
+    saved.set([1 ^ (saved.at(-100) ?? 0)], saved.length - 100);
     lander.restore(saved);
   },
   "another version of the engine": (_, lander) => {
     const saved = lander.snapshot();
-    saved[8] += 1;
+    saved.set([99], 8);
     lander.restore(saved);
   },
   "the lander was freed": (engine) => {
@@ -162,7 +162,7 @@ export async function use({ module, name }) {
   const { instance } = await WebAssembly.instantiate(fromBase64(module), {});
   const exports = /** @type {Exports} */ (/** @type {unknown} */ (instance.exports));
   exports._initialize();
-  return USES[name](new Engine(exports), exports.memory);
+  return USES[name]?.(new Engine(exports), exports.memory);
 }
 
 /**
