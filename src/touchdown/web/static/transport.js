@@ -3,6 +3,7 @@ import { usesKeys } from "touchdown/controls.js";
 import { STEPS_PER_SECOND } from "touchdown/frame.js";
 import { SPEEDS } from "touchdown/game.js";
 import { leave } from "touchdown/panel.js";
+import { part } from "touchdown/parts.js";
 
 /** @typedef {import("touchdown/game.js").Game} Game */
 /** @typedef {Record<string, () => void>} Actions by the name in data-do */
@@ -95,17 +96,4 @@ export class Transport {
     this.game.speed = SPEEDS[Math.min(Math.max(place, 0), SPEEDS.length - 1)] ?? 1;
     this.speed.value = String(this.game.speed);
   }
-}
-
-/**
- * @template {Element} T
- * @param {ParentNode} place
- * @param {string} selector
- * @param {new () => T} kind
- * @returns {T}
- */
-export function part(place, selector, kind) {
-  const found = place.querySelector(selector);
-  if (!(found instanceof kind)) throw new Error(`the page has no ${selector}`);
-  return found;
 }
