@@ -32,6 +32,7 @@ class Playground {
     this.display = new Display(networksOf(policies));
     this.scores = new Scores();
     this.calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    this.complaint = ""; // about the link
     /** Whether flights are shown until a person does something. */
     this.demo = true;
     this.waited = 0;
@@ -47,7 +48,9 @@ class Playground {
       this.endDemo();
       this.begin(setup);
     });
-    addEventListener("hashchange", () => this.openLink());
+    addEventListener("hashchange", () => {
+      if (!this.openLink() && this.complaint) this.say(this.complaint);
+    });
     showScores(element(".scores"), this.scores.list);
     if (!this.openLink()) this.startDemo(seed);
     requestAnimationFrame((now) => this.frame(now, now));
@@ -131,7 +134,7 @@ class Playground {
       return true;
     } catch (error) {
       if (!(error instanceof RangeError)) throw error;
-      this.say(`The link cannot be opened: ${error.message}.`);
+      this.complaint = `The link cannot be opened: ${error.message}.`;
       return false;
     }
   }
@@ -160,7 +163,7 @@ class Playground {
   /** @param {GameEvent} event */
   statusAfter(event) {
     const { game } = this;
-    if (this.demo) return "";
+    if (this.demo) return this.complaint;
     if (event === "handed over") return "Your turn: the link ends here. Press an engine to fly on.";
     if (!game.race.over) return describe(game);
     const other = this.expected !== null && this.expected !== checkOf(game.race.flights);

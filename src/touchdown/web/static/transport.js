@@ -1,5 +1,5 @@
 // Buttons, keys and the time line: play, pause, step, rewind, speed, autopilot.
-import { usesKeys } from "touchdown/controls.js";
+import { needsKey } from "touchdown/controls.js";
 import { STEPS_PER_SECOND } from "touchdown/frame.js";
 import { SPEEDS } from "touchdown/game.js";
 import { leave } from "touchdown/panel.js";
@@ -33,7 +33,7 @@ export class Transport {
   constructor(bar, game, actions, held) {
     this.game = game;
     this.timeline = part(bar, "input", HTMLInputElement);
-    this.clock = part(bar, "output", HTMLOutputElement);
+    this.clock = part(bar, ".clock", HTMLElement);
     this.speed = part(bar, "select", HTMLSelectElement);
     this.playButton = part(bar, "[data-do=play]", HTMLButtonElement);
     this.autopilot = part(bar, "[data-do=autopilot]", HTMLButtonElement);
@@ -82,9 +82,7 @@ export class Transport {
   keyDown(event) {
     const name = KEYS[event.code];
     if (!name || event.ctrlKey || event.metaKey || event.altKey) return;
-    const { target } = event;
-    const isButton = target instanceof HTMLElement && target.matches("button, a, summary");
-    if (usesKeys(target) || (isButton && event.code === "Space")) return;
+    if (needsKey(event.target, event.code)) return;
     event.preventDefault();
     if (event.repeat && !["back", "step", "rewind"].includes(name)) return;
     this.actions[name]?.();
