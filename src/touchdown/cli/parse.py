@@ -23,6 +23,7 @@ from touchdown.cli.study import StudyList, StudyReport, StudyRun, StudyStatus
 from touchdown.cli.train import Train
 from touchdown.cli.tune import TuneAgent, TunePid
 from touchdown.cli.values import registry
+from touchdown.cli.watch import Watch
 from touchdown.cli.words import ordered
 from touchdown.config import presets
 from touchdown.config.rules import usable
@@ -57,6 +58,7 @@ COMMANDS: Mapping[str, type[Any]] = {
     "study report": StudyReport,
     "study list": StudyList,
     "compare": Compare,
+    "watch": Watch,
     "runs": Runs,
     "show": Show,
     "export": Export,
@@ -78,7 +80,7 @@ _MEANT: Mapping[str, str] = {
     **dict.fromkeys(("learn", "fit"), "train"),
     "resume": "train --resume",
     **dict.fromkeys(("test", "eval"), "evaluate"),
-    **dict.fromkeys(("film", "render", "watch"), "fly"),
+    **dict.fromkeys(("film", "render"), "fly"),
     **dict.fromkeys(("ls", "list"), "runs"),
     "info": "show",
     "diff": "compare",

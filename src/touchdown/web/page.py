@@ -34,6 +34,7 @@ def render(
     data: Mapping[str, Any],
     binaries: Mapping[str, bytes],
     modules_at: str | None = None,
+    script: str = "",
 ) -> str:
     """A page as HTML.
 
@@ -47,7 +48,13 @@ def render(
         binaries: files that the page needs, such as weights, by name.
         modules_at: relative URL of the folder with the modules, such as `./static/`. None puts
             them into the page, which then needs no other file and opens from disk.
+        script: library that the template puts into the page.
+
+    Raises:
+        ValueError: the library would end the script element in which it stands.
     """
+    if "</script" in script.lower():
+        raise ValueError("script: must not contain </script")
     environment = Environment(
         loader=ChoiceLoader(
             [
@@ -71,6 +78,7 @@ def render(
         import_map=_json({"imports": imports}),
         data=_json(data),
         binaries=_json(encoded),
+        script=Markup(script),  # noqa: S704 - ends no element
     )
 
 
