@@ -1,6 +1,7 @@
-"""Compile the engine to WebAssembly: `make wasm` writes lander.wasm, and the digest of its sources.
+"""Compile the engine to WebAssembly: `make wasm` writes lander.wasm and its digests.
 
-The module has no imports. The same sources give the same bytes in any folder.
+Digests tell whether it is stale. The module has no imports, and the same sources give the same
+bytes in any folder.
 """
 
 import hashlib
@@ -13,7 +14,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 TARGET = ROOT / "src/touchdown/web/static/lander.wasm"
-DIGEST = ROOT / "csrc/web/lander.sha256"
+DIGESTS = ROOT / "csrc/web/lander.sha256"
 
 _CSRC = ROOT / "csrc"
 _SOURCES = (
@@ -22,6 +23,7 @@ _SOURCES = (
     "engine/lane_kernel.cpp",
     "fused/network.cpp",
     "web/lander.cpp",
+    "web/libm/replaced.cpp",
     "web/network.cpp",
     "web/support.cpp",
 )
@@ -36,9 +38,9 @@ _INCLUDE = re.compile(r'^#include "(.+)"$', re.MULTILINE)
 
 
 def main() -> None:
-    """Write the module and the digest."""
+    """Write the module and the digests."""
     TARGET.write_bytes(compiled(_CSRC))
-    DIGEST.write_text(digest())
+    DIGESTS.write_text(digests())
     print(f"{TARGET.relative_to(ROOT)}: {TARGET.stat().st_size / 1024:.0f} KiB")  # noqa: T201
 
 
@@ -55,15 +57,17 @@ def compiled(csrc: Path) -> bytes:
         return module.read_bytes()
 
 
-def digest() -> str:
-    """SHA-256 of all that the module is made of: sources, options, and the compiler's version."""
+def digests() -> str:
+    """SHA-256 of the module, and of what it is made of: sources, options, compiler version."""
     parts = [version("ziglang"), *_OPTIONS]
-    for name in sorted(_with_includes()):
+    for name in sorted(with_includes()):
         parts += [name, (_CSRC / name).read_text()]
-    return hashlib.sha256("\0".join(parts).encode()).hexdigest() + "\n"
+    made_of = hashlib.sha256("\0".join(parts).encode())
+    module = hashlib.sha256(TARGET.read_bytes())
+    return f"{module.hexdigest()}  lander.wasm\n{made_of.hexdigest()}  its sources\n"
 
 
-def _with_includes() -> set[str]:
+def with_includes() -> set[str]:
     """The sources and our headers that they include, directly or through others."""
     found: set[str] = set()
     waiting = list(_SOURCES)

@@ -15,6 +15,7 @@ from touchdown.cli import helps, messages
 from touchdown.cli.doctor import Doctor
 from touchdown.cli.flags import flags_of
 from touchdown.cli.former_flags import FORMER_FLAGS, with_present_names
+from touchdown.cli.play import Play
 from touchdown.cli.policies import Evaluate, Export, Fly
 from touchdown.cli.presets import Presets
 from touchdown.cli.runs import Compare, Runs, Show
@@ -49,6 +50,7 @@ COMMANDS: Mapping[str, type[Any]] = {
     "presets": Presets,
     "evaluate": Evaluate,
     "fly": Fly,
+    "play": Play,
     "tune pid": TunePid,
     "tune agent": TuneAgent,
     "study run": StudyRun,
@@ -78,7 +80,7 @@ _MEANT: Mapping[str, str] = {
     **dict.fromkeys(("learn", "fit"), "train"),
     "resume": "train --resume",
     **dict.fromkeys(("test", "eval"), "evaluate"),
-    **dict.fromkeys(("play", "film", "render"), "fly"),
+    **dict.fromkeys(("film", "render"), "fly"),
     **dict.fromkeys(("ls", "list"), "runs"),
     "info": "show",
     "diff": "compare",

@@ -102,22 +102,26 @@ export function drawOutcome(writing, outcome, episodeReturn) {
 }
 
 /**
- * A name beside a lander, where several fly.
+ * A name above a lander, where several fly.
  * @param {Writing} writing
  * @param {{x: number, y: number}} hull metres
  * @param {string} name
  * @param {string | undefined} colour
- * @param {number} opacity
+ * @param {readonly [number, number][]} taken places of other names, which are to stay readable
+ * @returns {[number, number]} its place
  */
-export function drawName(writing, hull, name, colour, opacity) {
-  const { context, frame } = writing;
+export function drawName(writing, hull, name, colour, taken) {
+  const { frame } = writing;
+  const line = isNarrow(writing) ? 20 : 14;
   const x = Math.min(Math.max(frame.column(hull.x) / frame.scale, 30), 570);
-  const y = Math.max(frame.row(hull.y) / frame.scale - 30, 36);
-  context.globalAlpha = opacity;
-  write(writing, name, [x, y], {
-    size: 11, bold: true, align: "center", outlined: true, colour: colour ?? BRIGHT,
-  });
-  context.globalAlpha = 1;
+  let y = Math.max(frame.row(hull.y) / frame.scale - 30, 36);
+  const away = y < 120 ? line : -line;
+  while (taken.some(([left, top]) => Math.abs(left - x) < 5 * line && Math.abs(top - y) < line)) {
+    y += away;
+  }
+  const style = /** @type {const} */ ({ size: 11, bold: true, align: "center", outlined: true });
+  write(writing, name, [x, y], { ...style, colour: colour ?? BRIGHT });
+  return [x, y];
 }
 
 /**
@@ -128,7 +132,8 @@ export function drawName(writing, hull, name, colour, opacity) {
  */
 export function drawHeightMarker(writing, hull, colour) {
   const { context, frame } = writing;
-  const column = Math.min(Math.max(frame.column(hull.x), 40 * frame.scale), 560 * frame.scale);
+  const [left, right] = [(isNarrow(writing) ? 150 : 110) * frame.scale, 560 * frame.scale]; // beside the title
+  const column = Math.min(Math.max(frame.column(hull.x), left), right);
   context.beginPath();
   context.moveTo(column, 6 * frame.scale);
   context.lineTo(column - 6 * frame.scale, 14 * frame.scale);

@@ -35,7 +35,7 @@ export class Flight {
     this.path = [];
     /** @type {number[]} */
     this.commands = [];
-    /** @type {import("touchdown/engine.js").Outcome | null} */
+    /** @type {import("touchdown/lander.js").Outcome | null} */
     this.outcome = null;
     this.reset();
     this.terrain = this.lander.terrain();
@@ -87,7 +87,7 @@ export class Flight {
     const { observation } = this.lander.step(done);
     this.commands.push(command);
     this.record(observation, done);
-    this.outcome = this.lander.outcome;
+    this.outcome = this.lander.outcome ?? null;
   }
 
   /**

@@ -6,8 +6,7 @@ import { YOU } from "touchdown/link.js";
 import { Race } from "touchdown/race.js";
 
 /** @typedef {import("touchdown/link.js").Setup} Setup */
-/** @typedef {import("touchdown/policy.js").Policy} Policy */
-/** @typedef {Map<string, () => Policy>} Policies by name; a flight makes its own */
+/** @typedef {import("touchdown/pilots.js").Policies} Policies */
 /** @typedef {"started" | "changed" | "ended" | "handed over"} GameEvent */
 
 export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
@@ -155,7 +154,7 @@ export class Game {
     const flight = (/** @type {string} */ name) => {
       const make = this.policies.get(name);
       if (!make) throw new RangeError(`this page has no policy ${name}`);
-      return new Flight(this.engine, { name, seed, conditions, autopilot: make() });
+      return new Flight(this.engine, { name, seed, conditions, autopilot: make(seed) });
     };
     const others = rivals.filter((name) => byHand || name !== autopilot);
     return new Race(flight(autopilot), others.map(flight), planned);

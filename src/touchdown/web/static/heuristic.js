@@ -1,3 +1,5 @@
+/** @import { Policy } from "touchdown/policy.js" */
+
 const { fround } = Math;
 
 /**
@@ -5,7 +7,7 @@ const { fround } = Math;
  * turns towards an angle that leads back to the pad, and holds a height that grows with the distance
  * from it.
  *
- * @implements {import("touchdown/policy.js").Policy}
+ * @implements {Policy}
  */
 export class HeuristicPolicy {
   name = "heuristic";

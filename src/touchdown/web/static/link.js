@@ -19,7 +19,7 @@ import { Generator } from "touchdown/generator.js";
  * @property {string | null} check of how the flights went on the page that made the link
  */
 
-export const MAX_SEED = 2 ** 32 - 1;
+export const MAX_SEED = 2 ** 31 - 1;
 /** The pilot of a flight by hand. */
 export const YOU = "you";
 const DIGITS = 1e4; // of conditions in a link
@@ -34,13 +34,13 @@ export function writeLink(setup, commands, check) {
   const fields = new URLSearchParams({ start: String(seed) });
   fields.set("pilot", byHand ? YOU : autopilot);
   if (byHand) fields.set("autopilot", autopilot);
-  if (rivals.length > 0) fields.set("against", rivals.join(","));
+  for (const name of rivals) fields.append("against", name);
   for (const { name, normal } of RANGES) {
     if (conditions[name] !== normal) fields.set(name, String(conditions[name]));
   }
   if (commands.length > 0) fields.set("flight", encodeCommands(commands));
   if (commands.length > 0 && check) fields.set("check", check);
-  return fields.toString().replaceAll("%2C", ",");
+  return fields.toString();
 }
 
 /**
@@ -66,7 +66,6 @@ export function readLink(hash) {
     }
     conditions[name] = value;
   }
-  const rivals = (fields.get("against") ?? "").split(",").filter((name) => name !== "");
   /** @type {number[]} */
   let commands = [];
   try {
@@ -77,6 +76,7 @@ export function readLink(hash) {
   const pilot = fields.get("pilot") ?? YOU;
   const byHand = pilot === YOU;
   const autopilot = (byHand ? fields.get("autopilot") : pilot) ?? "";
+  const rivals = [...new Set(fields.getAll("against"))];
   const setup = { seed, byHand, autopilot, rivals, conditions };
   return { setup, commands, check: fields.get("check") };
 }

@@ -12,7 +12,9 @@
  * @property {number} v_min
  * @property {number} v_max
  * @property {boolean} noisy
+ * @property {number} noisy_sigma Of use only in training.
  */
+/** @import { Policy } from "touchdown/policy.js" */
 import { parse } from "touchdown/safetensors.js";
 
 const ENV_ID = "LunarLander-v3";
@@ -20,13 +22,26 @@ const FORMAT_VERSION = "2";
 const INPUTS = 8;
 const ACTIONS = 4;
 const ACTIVATIONS = ["relu", "tanh", "silu"];
+/** @type {Readonly<Network>} */
+const DEFAULTS = {
+  hidden_sizes: [100, 100, 100],
+  activation: "relu",
+  dueling: false,
+  layer_norm: false,
+  quantiles: 0,
+  atoms: 0,
+  v_min: -10,
+  v_max: 10,
+  noisy: false,
+  noisy_sigma: 0.5,
+};
 const MOST_LAYERS = 16;
 const MOST_NODES = 100_000;
 
 /**
  * Flies by a network's values, computed in single precision; noisy weights by their means.
  *
- * @implements {import("touchdown/policy.js").Policy}
+ * @implements {Policy}
  */
 export class NetworkPolicy {
   #exports;
@@ -125,13 +140,19 @@ function networkOf(metadata) {
     throw refusal(`env_id = ${JSON.stringify(metadata.env_id)}: must be "${ENV_ID}"`);
   }
   if (metadata.network === undefined) throw refusal("it describes no network");
-  /** @type {Network} */
-  let network;
+  /** @type {unknown} */
+  let given;
   try {
-    network = JSON.parse(metadata.network);
+    given = JSON.parse(metadata.network);
   } catch {
     throw refusal("its description of the network is not JSON");
   }
+  if (typeof given !== "object" || given === null) {
+    throw refusal("its description of the network is not a JSON object");
+  }
+  const unknown = Object.keys(given).find((name) => !Object.hasOwn(DEFAULTS, name));
+  if (unknown !== undefined) throw refusal(`unknown field ${JSON.stringify(unknown)}`);
+  const network = { ...DEFAULTS, ...given };
   const wrong = complaint(network);
   if (wrong) throw refusal(wrong);
   return network;
@@ -150,7 +171,6 @@ function refusal(why) {
 function complaint(network) {
   const isCount = (/** @type {number} */ value) =>
     Number.isInteger(value) && value >= 0 && value <= MOST_NODES;
-  if (typeof network !== "object" || network === null) return "the network must be an object";
   const sizes = network.hidden_sizes;
   if (!Array.isArray(sizes) || !sizes.every((size) => isCount(size) && size > 0)) {
     return `hidden_sizes = ${JSON.stringify(sizes)}: must be from 1 to ${MOST_NODES} nodes each`;

@@ -12,6 +12,8 @@
  * @property {number} dead_band
  */
 
+/** @import { Policy } from "touchdown/policy.js" */
+
 const { fround } = Math;
 const NUMBERS = /** @type {const} */ ([
   "kp_vertical", "ki_vertical", "kp_angle", "kd_angle", "dead_band",
@@ -41,7 +43,7 @@ export const TUNED = Object.freeze({
   }),
 });
 
-/** @implements {import("touchdown/policy.js").Policy} */
+/** @implements {Policy} */
 export class PidPolicy {
   #gains;
   #absolute;

@@ -1,8 +1,10 @@
+/** @import { Policy } from "touchdown/policy.js" */
+
 /**
  * Uniform random actions. The same seed gives the same actions; an episode goes on with the stream
  * of the one before.
  *
- * @implements {import("touchdown/policy.js").Policy}
+ * @implements {Policy}
  */
 export class RandomPolicy {
   name = "random";

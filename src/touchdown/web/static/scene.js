@@ -27,7 +27,8 @@ import { drawTrail } from "touchdown/trail.js";
  */
 /**
  * @typedef {object} DrawOptions
- * @property {boolean} [banner] whether a single craft's outcome is written over the scene
+ * @property {boolean} [banner] whether the outcome of the craft with the dials is written over the
+ *   scene; by default only where it is alone
  */
 
 const LARGEST = 1600; // pixels of width; a backdrop takes time to paint
@@ -102,17 +103,19 @@ export class SceneView {
     const writing = { context, frame, pixelRatio: frame.width / (this.canvas.clientWidth || 600) };
     const alone = craft.length === 1 ? craft[0] : undefined;
     drawTitle(writing, alone?.label ?? "", `start ${seed}`);
-    for (const each of craft) {
+    /** @type {[number, number][]} */
+    const taken = []; // where names are
+    for (const each of [...craft].reverse()) {
       const hull = { x: Number(each.bodies[0]), y: Number(each.bodies[1]) };
       if (hull.y > HEIGHT + 0.6) drawHeightMarker(writing, hull, each.colour);
       if (!alone && each.label) {
-        drawName(writing, hull, each.label, each.colour, Math.max(each.opacity ?? 1, 0.6));
+        taken.push(drawName(writing, hull, each.label, each.colour, taken));
       }
     }
     const shown = craft.find((each) => each.dials);
     if (shown?.dials) drawDials(writing, shown.dials, new Set(shown.engines));
-    if (alone?.outcome && alone.dials && (options.banner ?? true)) {
-      drawOutcome(writing, alone.outcome, alone.dials.return);
+    if (shown?.dials && shown.outcome && (options.banner ?? shown === alone)) {
+      drawOutcome(writing, shown.outcome, shown.dials.return);
     }
   }
 

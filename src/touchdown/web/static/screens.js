@@ -43,7 +43,7 @@ export class Screens {
         if (each) view.draw([{ ...each, opacity: 1 }]);
       });
     } else {
-      this.views[0]?.draw(craft.reverse()); // the lead over its rivals
+      this.views[0]?.draw(craft.reverse(), { banner: true }); // the lead over its rivals
     }
   }
 
