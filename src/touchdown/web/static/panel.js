@@ -99,8 +99,8 @@ export class Panel {
   showValue(input) {
     if (!(input instanceof HTMLInputElement) || input.type !== "range") return;
     const { text } = valueOf(input.name, Number(input.value));
-    const output = input.parentElement?.querySelector("output");
-    if (output) output.textContent = text;
+    const amount = input.parentElement?.querySelector(".amount");
+    if (amount) amount.textContent = text;
     input.setAttribute("aria-valuetext", text);
   }
 
@@ -143,7 +143,10 @@ function slider({ name, low, high, step }) {
   text.textContent = valueOf(name, low).label;
   const input = document.createElement("input");
   Object.assign(input, { type: "range", name, min: low, max: high, step });
-  label.append(text, document.createElement("output"), input);
+  const amount = document.createElement("span");
+  amount.className = "amount";
+  amount.ariaHidden = "true"; // the slider says it
+  label.append(text, amount, input);
   return label;
 }
 

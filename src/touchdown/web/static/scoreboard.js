@@ -1,7 +1,7 @@
 // The table of a person's best flights.
 import { signed } from "touchdown/dials.js";
 import { STEPS_PER_SECOND } from "touchdown/frame.js";
-import { part } from "touchdown/transport.js";
+import { part } from "touchdown/parts.js";
 
 /** @typedef {import("touchdown/scores.js").Score} Score */
 
