@@ -59,14 +59,12 @@ def watch(
     if out is not None:
         return _write(found, Path(out), folder, force=force)
     if not found and not folder.is_dir():
-        raise UserError(
-            f"runs_dir {str(folder)!r}: no such folder; `touchdown train` creates it"
-        )
+        raise UserError(f"runs_dir {str(folder)!r}: no such folder; `touchdown train` creates it")
     from touchdown.web.watch.serving import Server  # noqa: PLC0415 - only to serve
 
     server = Server(shelf_of(folder, found), port)
     address = server.address_of([key_of(each) for each in found])
-    shown = console_for(True, console)
+    shown = console_for(progress=True, console=console)
     shown.print(f"watch: {address}", soft_wrap=True, markup=False, highlight=False)
     shown.print("Ctrl-C ends the server", markup=False, highlight=False)
     with contextlib.suppress(KeyboardInterrupt), open_page(address if browser else None):

@@ -74,11 +74,7 @@ export class NetworkPolicy {
    */
   act(observation) {
     const values = this.values(observation);
-    let best = 0;
-    for (let action = 1; action < ACTIONS; action++) {
-      if (values[action] > values[best]) best = action;
-    }
-    return best;
+    return values.indexOf(Math.max(...values));
   }
 
   /**

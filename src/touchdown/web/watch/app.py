@@ -2,7 +2,7 @@
 
 import asyncio
 import json
-from collections.abc import AsyncGenerator, AsyncIterator
+from collections.abc import AsyncGenerator
 from contextlib import aclosing, asynccontextmanager, suppress
 from pathlib import PurePosixPath
 from typing import Any
@@ -64,7 +64,7 @@ def make_app(shelf: Shelf, hub: Hub, token: str) -> ASGIApp:
         return run.folder
 
     @asynccontextmanager
-    async def lifespan(_app: Starlette) -> AsyncIterator[None]:
+    async def lifespan(_app: Starlette) -> AsyncGenerator[None]:
         polling = asyncio.create_task(hub.poll())
         yield
         polling.cancel()

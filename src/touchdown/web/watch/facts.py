@@ -80,8 +80,10 @@ def read_facts(folder: RunFolder, label: str, group: str, before: Facts | None =
     if status == "gone":  # what was read before is still shown
         return facts if before is None else replace(before, status="gone", error="")
     try:
-        known = before is not None and before.settings is not None
-        facts = replace(before, status=status, error="") if known else _of_config(facts, folder)
+        if before is None or before.settings is None:
+            facts = _of_config(facts, folder)
+        else:
+            facts = replace(before, status=status, error="")
         saved = policies_over_training(folder) if facts.is_lander else []
         facts = replace(
             facts,

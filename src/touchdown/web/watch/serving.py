@@ -18,6 +18,7 @@ HOST = "127.0.0.1"
 _CLOSING_SECONDS = 2
 """That open connections have when the server stops."""
 _LOOK_SECONDS = 0.5
+_LAST_PORT = 65_535
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,9 +39,11 @@ class Server:
     _socket: socket.socket = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        if not 0 <= self.port <= _LAST_PORT:
+            raise UserError(f"port = {self.port}: must be from 0 to {_LAST_PORT}")
         try:
             listening = socket.create_server((HOST, self.port))
-        except (OSError, OverflowError) as error:
+        except OSError as error:
             raise UserError(
                 f"port = {self.port}: cannot be used: {one_line(error)}; "
                 "choose another, or leave it out"
@@ -85,9 +88,7 @@ class Server:
 class _Uvicorn(uvicorn.Server):
     """Uvicorn, which ends streams when it stops, instead of waiting for them."""
 
-    def __init__(
-        self, config: uvicorn.Config, hub: Hub, should_end: Callable[[int], bool]
-    ) -> None:
+    def __init__(self, config: uvicorn.Config, hub: Hub, should_end: Callable[[int], bool]) -> None:
         super().__init__(config)
         self._hub = hub
         self._should_end = should_end

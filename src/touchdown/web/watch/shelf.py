@@ -141,4 +141,3 @@ def _changed(folder: RunFolder) -> float:
         except OSError:
             continue
     return 0.0
-
