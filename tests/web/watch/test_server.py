@@ -163,9 +163,7 @@ def test_half_a_line_waits_for_its_other_half(client, key, run):
         append(run.updates, {"update": 2, "observations": 350, "loss": 0.25})
         assert next(m for m in messages if "columns" in m)["record"] == "updates"
         with run.episodes.open("a") as file:
-            file.write(
-                'urn": 1.0, "steps": 9, "outcome": "landed", "epsilon": 0, "seconds": 1}\n'
-            )
+            file.write('urn": 1.0, "steps": 9, "outcome": "landed", "epsilon": 0, "seconds": 1}\n')
         assert next(m for m in messages if "columns" in m)["columns"]["outcome"] == ["landed"]
 
 
@@ -213,9 +211,10 @@ def test_hostile_names_are_escaped_in_the_page(tmp_path, serve):
     folder = new_run(tmp_path / "runs", "plain")
     renamed = folder.path.rename(folder.path.with_name(hostile.replace("/", "")))
     client = serve(Shelf(tmp_path / "runs"))
-    page = client.ask("").body.decode() + client.ask(
-        f"?run={key_of(folders.RunFolder(renamed))}"
-    ).body.decode()
+    page = (
+        client.ask("").body.decode()
+        + client.ask(f"?run={key_of(folders.RunFolder(renamed))}").body.decode()
+    )
     assert "<img" not in page
     for character in "\u202e\x1b":
         assert character not in page
