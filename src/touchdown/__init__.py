@@ -12,6 +12,7 @@ from touchdown.core.version import __version__ as __version__
 if TYPE_CHECKING:
     from touchdown.api.exporting import export
     from touchdown.api.flying import evaluate, fly
+    from touchdown.api.playing import play
     from touchdown.api.runs import show
     from touchdown.api.studies import (
         compare,
@@ -51,6 +52,7 @@ _HOMES = {
     "fly": "api.flying",
     "list_runs": "runs.run",
     "list_studies": "api.studies",
+    "play": "api.playing",
     "preset": "config.presets",
     "resume": "api.training",
     "run_study": "api.studies",
@@ -81,6 +83,7 @@ __all__ = [
     "fly",
     "list_runs",
     "list_studies",
+    "play",
     "preset",
     "resume",
     "run_study",

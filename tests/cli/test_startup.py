@@ -18,6 +18,8 @@ _REFUSED = (
     "export nope",
     "compare nope",
     "show nope",
+    "watch nope",
+    "fly nope --over-training",
     "tune pid --out nope/x.toml",
     "tune agent pilto",
     "study run nope.toml",

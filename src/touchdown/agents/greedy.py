@@ -1,6 +1,6 @@
 """The greedy policy of a network; its actions do not depend on the batch size."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 import numpy as np
@@ -17,6 +17,10 @@ class ValueFunction(Protocol):
 
     def values_of_each(self, params: Any, observations: FloatArray) -> FloatArray:
         """Q(s,·) of any number of observations with parameters [P]: [N, D] to [N, A]."""
+        ...
+
+    def layers(self, params: Any) -> Mapping[str, FloatArray]:
+        """The parameters by name, each in its own shape."""
         ...
 
     def describe(self) -> dict[str, Any]:

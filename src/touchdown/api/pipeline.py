@@ -111,6 +111,7 @@ def _completed(
                 on_phase=view.phase,
                 on_episode=view.advance,
                 on_scalars=listeners.log,
+                replayable=True,
             )
         ) as trainer,
         _helping(config) as helper,

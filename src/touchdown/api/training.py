@@ -1,6 +1,7 @@
 """Trains an agent, or resumes a stopped run."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Generator, Iterable, Sequence
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +21,13 @@ from touchdown.envs import custom, environment
 from touchdown.envs.custom import EnvLike
 from touchdown.lander import engine as engines
 from touchdown.runs import folder as folders
-from touchdown.runs.folder import DEFAULT_RUNS
+from touchdown.runs.folder import DEFAULT_RUNS, RunFolder
 from touchdown.runs.run import Run
 from touchdown.training import services
 from touchdown.training.listeners import Listener, Listeners
 from touchdown.training.selection import stop_threshold
 from touchdown.training.services import LoggerName
+from touchdown.web.watch import beside
 
 
 def train(
@@ -38,6 +40,7 @@ def train(
     seed: int | None = None,
     listeners: Iterable[Listener] = (),
     logger: LoggerName | Sequence[LoggerName] | None = None,
+    watch: bool = False,
     trust: bool = False,
     progress: bool | None = None,
     console: Console | None = None,
@@ -59,6 +62,8 @@ def train(
             training when it is recorded. Each is closed once, when this function returns or
             raises.
         logger: `wandb`, `mlflow` or both, to log there too.
+        watch: whether to show the training on a local page, and open it in a browser if there is a
+            display. The page stays when training ends, as long as it is open.
         trust: whether to import code that the config names. Code that the other arguments name is
             imported without it.
         progress: True shows progress and results, False shows nothing; None shows them in a
@@ -94,7 +99,9 @@ def train(
         stop_threshold(chosen)
         loggers = services.check_names(logger)
         folder = folders.create(Path(runs_dir), chosen, name)
-        return complete(folder, console_for(progress, console), told, loggers)
+        shown = console_for(progress, console)
+        with _watched(folder, shown) if watch else nullcontext():
+            return complete(folder, shown, told, loggers)
 
 
 def resume(
@@ -105,6 +112,7 @@ def resume(
     runs_dir: Path | str = DEFAULT_RUNS,
     listeners: Iterable[Listener] = (),
     logger: LoggerName | Sequence[LoggerName] | None = None,
+    watch: bool = False,
     trust: bool = False,
     progress: bool | None = None,
     console: Console | None = None,
@@ -118,6 +126,7 @@ def resume(
         runs_dir: folder of the runs.
         listeners: as for `train`; they receive the steps after the last checkpoint again.
         logger: as for `train`; the service's run is continued.
+        watch: as for `train`.
         trust: whether to import code that the run's config names.
         progress: True shows progress and results, False shows nothing; None shows them in a
             notebook and on a terminal.
@@ -135,7 +144,17 @@ def resume(
         folder = find_run(run, runs_dir).folder
         _hand_over(env, agent, folder.config())
         loggers = services.check_names(logger)
-        return complete(folder, console_for(progress, console), told, loggers)
+        shown = console_for(progress, console)
+        with _watched(folder, shown) if watch else nullcontext():
+            return complete(folder, shown, told, loggers)
+
+
+@contextmanager
+def _watched(folder: RunFolder, shown: Console) -> Generator[None]:
+    """Serve the page of a run while the block trains it."""
+    with beside.watched(folder) as address:
+        shown.print(f"watch: {address}", soft_wrap=True, markup=False, highlight=False)
+        yield
 
 
 def _named(settings: dict[str, Any]) -> dict[str, Any]:

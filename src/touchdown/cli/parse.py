@@ -15,6 +15,7 @@ from touchdown.cli import helps, messages
 from touchdown.cli.doctor import Doctor
 from touchdown.cli.flags import flags_of
 from touchdown.cli.former_flags import FORMER_FLAGS, with_present_names
+from touchdown.cli.play import Play
 from touchdown.cli.policies import Evaluate, Export, Fly
 from touchdown.cli.presets import Presets
 from touchdown.cli.runs import Compare, Runs, Show
@@ -22,6 +23,7 @@ from touchdown.cli.study import StudyList, StudyReport, StudyRun, StudyStatus
 from touchdown.cli.train import Train
 from touchdown.cli.tune import TuneAgent, TunePid
 from touchdown.cli.values import registry
+from touchdown.cli.watch import Watch
 from touchdown.cli.words import ordered
 from touchdown.config import presets
 from touchdown.config.rules import usable
@@ -48,6 +50,7 @@ COMMANDS: Mapping[str, type[Any]] = {
     "presets": Presets,
     "evaluate": Evaluate,
     "fly": Fly,
+    "play": Play,
     "tune pid": TunePid,
     "tune agent": TuneAgent,
     "study run": StudyRun,
@@ -55,6 +58,7 @@ COMMANDS: Mapping[str, type[Any]] = {
     "study report": StudyReport,
     "study list": StudyList,
     "compare": Compare,
+    "watch": Watch,
     "runs": Runs,
     "show": Show,
     "export": Export,
@@ -76,7 +80,7 @@ _MEANT: Mapping[str, str] = {
     **dict.fromkeys(("learn", "fit"), "train"),
     "resume": "train --resume",
     **dict.fromkeys(("test", "eval"), "evaluate"),
-    **dict.fromkeys(("play", "film", "render", "watch"), "fly"),
+    **dict.fromkeys(("film", "render"), "fly"),
     **dict.fromkeys(("ls", "list"), "runs"),
     "info": "show",
     "diff": "compare",

@@ -69,6 +69,13 @@ class Fly:
     """Run one greedy episode of a policy and film it."""
 
     policy: Positional[PolicyName]
+    over_training: Annotated[
+        bool,
+        arg(
+            help="Film a run's learning instead: policies saved over its training fly the start, "
+            "side by side."
+        ),
+    ] = False
     seed: Annotated[int, arg(help="Environment seed of the start.")] = 0
     out: Annotated[
         str | None,
@@ -94,6 +101,9 @@ class Fly:
 
         device.use(self.device)
         use_engine(self.engine)
+        if self.over_training:
+            self._fly_over_training(console)
+            return
         out: str | None = self.out or f"{Path(self.policy).stem}-{self.seed}.gif"
         fly = partial(
             flying.fly,
@@ -118,6 +128,29 @@ class Fly:
         )
         if out and out != "window":
             print_indented(console, [out])
+
+    def _fly_over_training(self, console: "Console") -> None:
+        """Call `api.learning_film.fly_over_training`."""
+        from touchdown.api import learning_film  # noqa: PLC0415 - heavy libraries load when used
+        from touchdown.core.errors import UserError  # noqa: PLC0415 - as above
+
+        for name, value in (("env-id", self.env_id), ("vecnormalize", self.vecnormalize)):
+            if value is not None:
+                raise UserError(f"--{name}: a run has its own; leave it out with --over-training")
+        out = self.out or f"{Path(self.policy).stem}-{self.seed}-over-training.gif"
+        flights = learning_film.fly_over_training(
+            self.policy,
+            seed=self.seed,
+            out=out,
+            force=self.force,
+            runs_dir=self.runs_dir,
+        )
+        for flight in flights:
+            print_line(
+                console,
+                f"{flight.policy}: {flight.outcome}, return {flight.episode_return:.1f}",
+            )
+        print_indented(console, [out])
 
 
 @dataclass(frozen=True, kw_only=True)

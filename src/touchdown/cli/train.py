@@ -61,6 +61,9 @@ class Train:
         arg(metavar="RUN", help="Resume a stopped run with its own settings."),
     ] = None
     runs_dir: RunsDir = DEFAULT_RUNS
+    watch: Annotated[
+        bool, arg(help="Watch it learn on a local page, which stays open when training ends.")
+    ] = False
     logger: Annotated[
         tuple[Literal["wandb", "mlflow"], ...],
         arg(help="Log to Weights & Biases or MLflow too; each needs the extra of its name."),
@@ -133,6 +136,7 @@ class Train:
                 name=self.name,
                 runs_dir=self.runs_dir,
                 logger=self.logger,
+                watch=self.watch,
                 console=console,
             )
             return
@@ -157,5 +161,6 @@ class Train:
             agent=None if self.algorithm == base.algorithm else self.algorithm,
             runs_dir=self.runs_dir,
             logger=self.logger,
+            watch=self.watch,
             console=console,
         )

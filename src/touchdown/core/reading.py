@@ -2,7 +2,7 @@
 
 import os
 import stat
-from io import BufferedRandom
+from io import BufferedRandom, BufferedReader
 from pathlib import Path
 
 from touchdown.core.errors import UnreadableError, UserError, one_line
@@ -84,6 +84,23 @@ def open_appendable(path: Path) -> BufferedRandom:
         _size_of_regular(path, path.lstat())
     flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | _FLAGS | _NO_LINK
     file = os.fdopen(os.open(path, flags, 0o666), "a+b")
+    try:
+        _size_of_regular(path, os.fstat(file.fileno()))
+    except BaseException:
+        file.close()
+        raise
+    return file
+
+
+def open_regular(path: Path) -> BufferedReader:
+    """Open a regular file of a folder from anywhere, to read; no link is followed.
+
+    Raises:
+        OSError: it is missing or cannot be opened.
+        UnreadableError: there is something that is not a regular file.
+    """
+    _size_of_regular(path, path.lstat())
+    file = os.fdopen(os.open(path, os.O_RDONLY | _FLAGS | _NO_LINK), "rb")
     try:
         _size_of_regular(path, os.fstat(file.fileno()))
     except BaseException:

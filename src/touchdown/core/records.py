@@ -123,20 +123,36 @@ def decode_jsonl(path: Path, kind: type[Record]) -> list[Record]:
         UserError: the file is missing, or a complete line is not such a record.
     """
     data = reading.read_bytes(path, limits.RECORD_BYTES)
-    whole = data[: data.rfind(b"\n") + 1]
+    return decode_lines(data[: data.rfind(b"\n") + 1], kind, path)
+
+
+def decode_lines(lines: bytes, kind: type[Record], path: Path, first: int = 1) -> list[Record]:
+    """The records in complete lines of a JSON Lines file.
+
+    Args:
+        lines: each with its newline.
+        kind: the type of a line's record.
+        path: the file, named in error messages.
+        first: number of the first of the lines in the file.
+
+    Raises:
+        UserError: a line is not such a record.
+    """
     try:
-        records = cast(list[Record], _decoder(kind).decode_lines(whole))
+        records = cast(list[Record], _decoder(kind).decode_lines(lines))
     except (ValueError, RecursionError):
         records = None
     # as many records as lines: no line is empty or has two records
-    if records is not None and len(records) == whole.count(b"\n"):
+    if records is not None and len(records) == lines.count(b"\n"):
         return records
-    return _line_by_line(path, whole.split(b"\n")[:-1], kind)
+    return _line_by_line(path, lines.split(b"\n")[:-1], kind, first)
 
 
-def _line_by_line(path: Path, lines: Sequence[bytes], kind: type[Record]) -> list[Record]:
+def _line_by_line(
+    path: Path, lines: Sequence[bytes], kind: type[Record], first: int
+) -> list[Record]:
     records: list[Record] = []
-    for number, line in enumerate(lines, start=1):
+    for number, line in enumerate(lines, start=first):
         try:
             records.append(_decoder(kind).decode(line))
         except (ValueError, RecursionError) as error:

@@ -2,26 +2,23 @@
 
 import io
 import os
-import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from itertools import chain, pairwise
 from pathlib import Path
-from typing import IO, NamedTuple, cast
 
-import imageio_ffmpeg
 import numpy as np
 from PIL import Image
 
-from touchdown.core import files
 from touchdown.core.errors import UserError
 from touchdown.core.types import Policy
 from touchdown.envs import environment
 from touchdown.envs.flight import Flight
 from touchdown.envs.recorder import fly
+from touchdown.render import encode
+from touchdown.render.encode import Picture
 from touchdown.render.scene import Scene
 
 HOLD_SECONDS = 1.2  # the last picture is held, so that the outcome can be read
@@ -29,15 +26,7 @@ MOST_SECONDS = 600.0  # of a film: GIF cannot show one picture for longer than 6
 _SUFFIXES = (".gif", ".mp4")
 _GIF_FPS, _MP4_FPS = 25, 50
 _MP4_SCALE, _POSTER_SCALE = 1.5, 2.0  # 900 and 1200 pixels wide
-_COLOURS = 255  # of a GIF's 256; the last one means "as before"
 _SAMPLES = 12  # pictures of a film that its palette is based on
-
-
-class Picture(NamedTuple):
-    """One picture of a film and how long it is shown."""
-
-    image: Image.Image
-    seconds: float
 
 
 def check_video_path(path: Path) -> None:
@@ -97,30 +86,10 @@ def write_gif(
         UserError: the file cannot be written.
     """
     shown = _as_sequence(flights)
-    palette = _palette([image for flight in shown for image in _samples(flight)])
-    durations: list[int] = []
-
-    def frames() -> Iterator[Image.Image]:
-        speed = _speed(shown)
-        film = chain.from_iterable(pictures(flight, fps, scale, speed) for flight in shown)
-        for image, seconds in film:
-            # GIF counts hundredths of a second; the writer reads a duration after its picture
-            durations.append(10 * round(100 * seconds))
-            yield image.quantize(palette=palette, dither=Image.Dither.NONE)
-
-    def write(temporary: Path) -> None:
-        film = frames()
-        next(film).save(
-            temporary,
-            "GIF",
-            save_all=True,
-            append_images=film,
-            duration=durations,
-            loop=0,
-            optimize=True,  # only what changes from picture to picture is stored
-        )
-
-    _write(path, write, follow=follow)
+    speed = _speed(shown)
+    samples = [image for flight in shown for image in _samples(flight)]
+    film = chain.from_iterable(pictures(flight, fps, scale, speed) for flight in shown)
+    encode.write_gif(film, samples, path, follow=follow)
 
 
 def write_mp4(
@@ -142,7 +111,7 @@ def write_mp4(
     film = chain.from_iterable(pictures(flight, fps, _MP4_SCALE, speed) for flight in shown)
     steps_per_second = Fraction(shown[0].steps_per_second * speed).limit_denominator(1_000)
     rate = steps_per_second / _stride(shown[0], fps, speed)
-    _write(path, lambda temporary: _encode(temporary, film, rate), follow=follow)
+    encode.write_mp4(film, rate, path, follow=follow)
 
 
 def pictures(
@@ -254,61 +223,3 @@ def _opened(png: bytes) -> Image.Image:
 def _samples(flight: Flight) -> Iterator[Image.Image]:
     steps = np.linspace(0, flight.steps, _SAMPLES).astype(int)
     return _images(flight, steps.tolist())
-
-
-def _palette(images: Iterable[Image.Image]) -> Image.Image:
-    """A picture whose palette fits all images.
-
-    A colour's weight is not its area, or the sky would dominate: it grows with the root of the area
-    and with the saturation, so that flames, flags and letters are represented.
-    """
-    pixels = np.concatenate([np.asarray(image).reshape(-1, 3) for image in images])
-    codes = pixels.astype(np.uint32) @ np.array([1 << 16, 1 << 8, 1], np.uint32)
-    colours, counts = np.unique(codes, return_counts=True)
-    bands = np.stack([colours >> 16, colours >> 8 & 255, colours & 255], axis=-1).astype(np.uint8)
-    chroma = bands.max(1).astype(int) - bands.min(1)
-    weights = np.minimum(np.sqrt(counts), 120) * (1 + chroma / 64) / 4
-    sample = np.repeat(bands, weights.astype(int) + 1, axis=0)
-    return Image.fromarray(sample[None]).quantize(
-        _COLOURS, Image.Quantize.MEDIANCUT, kmeans=2, dither=Image.Dither.NONE
-    )
-
-
-def _write(path: Path, write: Callable[[Path], object], *, follow: bool) -> None:
-    with files.refusing(str(path)):
-        files.write_through(path, write, follow=follow)
-
-
-def _encode(path: Path, film: Iterator[Picture], rate: Fraction) -> None:
-    first = next(film)
-    width, height = first.image.size
-    command = [
-        *(imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-loglevel", "error"),
-        *("-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", str(rate)),
-        *(
-            "-i",
-            "-",
-            "-an",
-            "-c:v",
-            "libx264",
-            "-preset",
-            "veryfast",
-            "-crf",
-            "18",
-            "-pix_fmt",
-            "yuv420p",
-        ),
-        # an environment's own frames may have odd sides, which this pixel format does not allow
-        *("-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-movflags", "+faststart", str(path)),
-    ]
-    # in a separate session, so that Ctrl-C stops us without killing a half-written film
-    with subprocess.Popen(  # noqa: S603
-        command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
-    ) as ffmpeg:
-        with suppress(BrokenPipeError):  # ffmpeg has failed; its message is read below
-            for image, seconds in chain([first], film):
-                for _ in range(max(1, round(seconds * rate))):
-                    cast(IO[bytes], ffmpeg.stdin).write(image.tobytes())
-        _, complaint = ffmpeg.communicate()
-    if ffmpeg.returncode != 0:
-        raise OSError(f"ffmpeg: {complaint.decode(errors='replace')}")

@@ -28,9 +28,10 @@ class Scene:
     Args:
         flight: a flight of the lander.
         scale: 1 is 600 pixels wide.
+        texts: whether to draw the title, the dials and the outcome.
     """
 
-    def __init__(self, flight: Flight, scale: float = 1.0) -> None:
+    def __init__(self, flight: Flight, scale: float = 1.0, *, texts: bool = True) -> None:
         bodies, terrain = flight.bodies, flight.terrain
         if bodies is None or terrain is None:
             raise ValueError(f"{flight.env_id}: only the lander's flights are drawn from bodies")
@@ -44,8 +45,10 @@ class Scene:
         self._shades = [round(255 * (0.16 + 0.62 * exp(-age / _TRAIL_SECONDS))) for age in ages]
         """Of a line of the trail that is so many steps old."""
         self._still = backdrop(self.canvas, terrain, flight.seed)
-        dashboard.draw_title(self._still, self.canvas, flight)
-        dashboard.draw_labels(self._still, self.canvas)
+        self._texts = texts
+        if texts:
+            dashboard.draw_title(self._still, self.canvas, flight)
+            dashboard.draw_labels(self._still, self.canvas)
 
     def frame(self, step: int, since: int | None = None, *, outcome: bool = False) -> Image.Image:
         """The picture after `step` steps.
@@ -60,6 +63,8 @@ class Scene:
         picture = self._still.copy()
         self._draw_trail(picture, step)
         self._draw_lander(picture, step, engines)
+        if not self._texts:
+            return picture
         dashboard.draw_dials(picture, self.canvas, self.flight, step, engines)
         x, y = self._hull(step)
         if y > HEIGHT + 0.6:

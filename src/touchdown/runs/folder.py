@@ -2,6 +2,7 @@
 
 import fcntl
 import shlex
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,6 +19,8 @@ from touchdown.policies.names import BASELINES, OTHER_FILES, POLICY_FILES
 from touchdown.runs.provenance import provenance_of
 
 DEFAULT_RUNS = Path("runs")
+_LOCK_PAUSES = (0.01, 0.03, 0.1, 0.0)
+"""Seconds between attempts to lock a run, because `is_locked` may hold the lock for an instant."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +83,11 @@ class RunFolder:
         return self.path / "validations.jsonl"
 
     @property
+    def training_flights(self) -> Path:
+        """Start and actions of each training episode; of the lander only."""
+        return self.path / "training-flights.jsonl"
+
+    @property
     def checkpoints(self) -> Path:
         """The state that training resumes from, and the best weights."""
         return self.path / "checkpoints"
@@ -88,6 +96,11 @@ class RunFolder:
     def best(self) -> Path:
         """The weights with the best return on validation starts."""
         return self.checkpoints / "best.safetensors"
+
+    @property
+    def over_training(self) -> Path:
+        """The policies at the validations."""
+        return self.checkpoints / "over-training"
 
     @property
     def evaluation(self) -> Path:
@@ -172,12 +185,30 @@ def lock(folder: RunFolder) -> BinaryIO:
         UserError: another process is training the run, or its lock is not a regular file.
     """
     file = reading.open_appendable(folder.path / "lock")
+    for pause in _LOCK_PAUSES:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            time.sleep(pause)
+        else:
+            return file
+    file.close()
+    raise UserError(f"run {folder.name!r}: another process is training it")
+
+
+def is_locked(folder: RunFolder) -> bool:
+    """Whether a process is training the run.
+
+    To find out, this holds the lock for an instant.
+    """
     try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        with reading.open_regular(folder.path / "lock") as file:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
     except BlockingIOError:
-        file.close()
-        raise UserError(f"run {folder.name!r}: another process is training it") from None
-    return file
+        return True
+    except (OSError, UserError):  # no lock: it was never trained
+        return False
+    return False
 
 
 def find(name: str, runs_dir: Path = DEFAULT_RUNS) -> RunFolder:

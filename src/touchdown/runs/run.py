@@ -18,7 +18,9 @@ from touchdown.policies.named import NamedPolicy
 from touchdown.policies.weights import load_weights
 from touchdown.runs import folder as folders
 from touchdown.runs.folder import DEFAULT_RUNS, RunFolder
+from touchdown.runs.over_training import SavedPolicy, policies_over_training
 from touchdown.runs.rows import EpisodeRow
+from touchdown.runs.training_flights import TrainingFlight, read_training_flights
 from touchdown.stats.summary import Summary
 
 CURVE, FLIGHTS, POLICY = "learning-curve.png", "flights.png", "policy.png"
@@ -59,6 +61,16 @@ class Run:
     def evaluation(self) -> Evaluation | None:
         """The policy's test episodes; None while the run is not finished."""
         return next(iter(evaluations_of(self)), None)
+
+    @property
+    def training_flights(self) -> list[TrainingFlight]:
+        """The training episodes so far, as starts and actions; empty if they were not recorded."""
+        return read_training_flights(self.folder.training_flights)
+
+    @property
+    def policies_over_training(self) -> list[SavedPolicy]:
+        """The policies before training and at the validations; empty if they were not saved."""
+        return policies_over_training(self.folder)
 
     @property
     def pictures(self) -> list[Path]:

@@ -20,6 +20,7 @@ from touchdown.core import files, limits, reading
 from touchdown.core.errors import UserError
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.rows import EpisodeRow, UpdateRow, ValidationRow
+from touchdown.runs.training_flights import TrainingFlightRow
 
 _EVENTS = "events.out.tfevents.*"
 
@@ -127,19 +128,24 @@ class Recorder:
         folder: the run's folder.
         sizes: size of each record in bytes at the checkpoint that the run resumes from. Later bytes
             are removed, because training writes them again. Empty for a new run.
+        flights: whether `training-flights.jsonl` is one of the records.
 
     Raises:
         OSError: a record cannot be written.
         UserError: one is not a regular file; no line of the others was removed.
     """
 
-    def __init__(self, folder: RunFolder, sizes: Mapping[str, int]) -> None:
+    def __init__(
+        self, folder: RunFolder, sizes: Mapping[str, int], *, flights: bool = False
+    ) -> None:
         self._folder = folder.path
+        paths = [folder.episodes, folder.updates, folder.validations]
+        if flights or folder.training_flights.name in sizes:
+            paths.append(folder.training_flights)
         # all are opened before the first is changed
         with ExitStack() as opened:
             self._lines = {
-                path.name: opened.enter_context(reading.open_appendable(path))
-                for path in (folder.episodes, folder.updates, folder.validations)
+                path.name: opened.enter_context(reading.open_appendable(path)) for path in paths
             }
             events_kept = _cut_events(folder.path, sizes)
             opened.pop_all()
@@ -153,7 +159,9 @@ class Recorder:
         # the suffix prevents a run that resumes within a second from overwriting its own file
         self._events = TensorBoardLogger(folder.path, f".{events_kept}")
 
-    def write(self, path: Path, row: EpisodeRow | UpdateRow | ValidationRow) -> None:
+    def write(
+        self, path: Path, row: EpisodeRow | UpdateRow | ValidationRow | TrainingFlightRow
+    ) -> None:
         """Append one complete line, and flush it.
 
         Args:

@@ -10,7 +10,7 @@ import numpy as np
 from touchdown.agents.agent import Agent
 from touchdown.agents.dqn import DQNAgent
 from touchdown.agents.registry import make_agent
-from touchdown.core import temporaries
+from touchdown.core import records, temporaries
 from touchdown.core.errors import Interrupted
 from touchdown.core.seeding import streams, training_start
 from touchdown.core.types import Outcome, Policy
@@ -23,11 +23,14 @@ from touchdown.lander import rules
 from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.loop import is_built, why_python
+from touchdown.runs.rows import ValidationRow
+from touchdown.runs.training_flights import TrainingFlightRow
 from touchdown.training import checkpoint
 from touchdown.training.compiled import CompiledLoop
 from touchdown.training.history import History
 from touchdown.training.loggers import Recorder
 from touchdown.training.loop import STEPS_BETWEEN_LOOKS, AgentStep, begin, interact
+from touchdown.training.over_training import PoliciesOverTraining
 from touchdown.training.pace import Budget, Pace, TrainingStatus
 from touchdown.training.resume import replay_episodes
 from touchdown.training.rollouts import CompiledSteps
@@ -51,6 +54,8 @@ class Trainer:
             recorded. An exception that it raises ends training; the last checkpoint stays intact.
         may_compile: whether to use the compiled loops if they support the config; results are the
             same without it.
+        replayable: whether the run also records what is needed to watch its training: the actions
+            of each episode of the lander, and the policy at each validation.
 
     Raises:
         DamagedError: the run has checkpoints, but none is whole.
@@ -68,6 +73,7 @@ class Trainer:
         on_episode: Callable[[], object] = lambda: None,
         on_scalars: Callable[[int, Mapping[str, float]], object] = lambda _step, _scalars: None,
         may_compile: bool = True,
+        replayable: bool = False,
     ) -> None:
         self._began = time.monotonic()
         self._folder = folder
@@ -77,6 +83,7 @@ class Trainer:
         self._on_phase = on_phase
         self._on_episode = on_episode
         self._on_scalars = on_scalars
+        self._replayable = replayable
         self._may_compile = may_compile and is_built()
         self._compiled = may_compile and why_python(self._config) is None
         with ExitStack() as resources:
@@ -95,13 +102,14 @@ class Trainer:
         self._budget = Budget(config.training)
         self._progress = checkpoint.Progress(next_validation=config.training.validation_period)
         folder.checkpoints.mkdir(exist_ok=True)  # a user may have deleted them to save space
-        temporaries.remove_temporaries([folder.path, folder.checkpoints])
+        temporaries.remove_temporaries([folder.path, folder.checkpoints, folder.over_training])
         restored = checkpoint.restore_newest(
             folder.checkpoints, config.digest, self._agent, self._streams
         )
         if restored is not None:
             self._progress = restored
-        self._recorder = Recorder(folder, self._progress.records.sizes)
+        self._keeps_flights = self._replayable and rules.is_lander(config.env_id)
+        self._recorder = Recorder(folder, self._progress.records.sizes, flights=self._keeps_flights)
         resources.callback(self._recorder.close)
         self._history = History(folder, self._recorder, self._on_scalars)
         exact = engine == "exact" and rules.is_lander(config.env_id)
@@ -112,10 +120,25 @@ class Trainer:
             CompiledSteps() if self._may_compile else None,
         )
         resources.callback(evaluator.close)
+        self._over_training = self._saved_policies() if self._replayable else None
         self._selection = Selection(
-            config, folder, self._agent, evaluator, self._progress, self._history
+            config,
+            folder,
+            self._agent,
+            evaluator,
+            self._progress,
+            self._history,
+            self._over_training,
         )
         self._underway: Underway | None = None
+
+    def _saved_policies(self) -> PoliciesOverTraining:
+        """The policies until the checkpoint that the run resumes from; of a new run, the first."""
+        rows = records.decode_jsonl(self._folder.validations, ValidationRow)
+        saved = PoliciesOverTraining(self._folder, self._config, (row.env_steps for row in rows))
+        if not self._progress.env_steps:
+            saved.save(self._agent, self._agent.weights(), 0)
+        return saved
 
     @property
     def last_policy(self) -> Policy:
@@ -206,6 +229,10 @@ class Trainer:
                 epsilon=agent_step.epsilon,
                 seconds=progress.seconds,
             )
+            if self._keeps_flights:
+                start = self._start_of(episode.number)
+                row = TrainingFlightRow.of(progress.episodes, start, episode.actions)
+                self._recorder.write(self._folder.training_flights, row)
             done, left = pace.done_and_left(progress.episodes, env_steps)
             self._on_status(
                 TrainingStatus(

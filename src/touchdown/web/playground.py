@@ -1,0 +1,109 @@
+"""The playground: one page in which a person and policies fly the lander."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from touchdown.agents.greedy import GreedyPolicy
+from touchdown.control.pid import PIDPolicy
+from touchdown.core import files
+from touchdown.core.errors import UserError
+from touchdown.lander import rules
+from touchdown.policies.baselines import HeuristicPolicy, RandomPolicy
+from touchdown.policies.named import NamedPolicy
+from touchdown.policies.weights import WEIGHTS_FORMAT_VERSION
+from touchdown.web import page
+
+TITLE = "Touchdown playground"
+PERSON = "you"
+"""How the page names the person who flies, so no policy may have this name."""
+_ENGINE = "lander.wasm"
+
+
+@dataclass(frozen=True, slots=True)
+class Pilot:
+    """A policy as the page flies it."""
+
+    name: str
+    kind: str
+    """`network`, `pid`, `heuristic` or `random`."""
+    gains: dict[str, Any] | None = None
+    """Of a PID controller."""
+    weights: bytes | None = None
+    """Of a network, as a safetensors file."""
+
+    def to_json(self) -> dict[str, Any]:
+        """What the page's script is told; weights are a file of the page."""
+        described: dict[str, Any] = {"name": self.name, "kind": self.kind}
+        if self.gains is not None:
+            described["gains"] = self.gains
+        if self.weights is not None:
+            described["file"] = _file_of(self)
+        return described
+
+
+def pilot_of(named: NamedPolicy) -> Pilot:
+    """A policy as a page flies it.
+
+    Raises:
+        UserError: it acts in another environment, or it cannot be computed in a browser.
+    """
+    name, policy = named.name, named.policy
+    if name == PERSON:
+        raise UserError(
+            f"policy {name!r}: the page gives this name to the person who flies; give the run or "
+            "the file another one"
+        )
+    if not (rules.is_lander(named.env_id) or named.env_id == rules.EXACT_ID):
+        raise UserError(
+            f"policy {name!r}: acts in {named.env_id}; must act in {rules.LANDER_IDS[0]}"
+        )
+    if isinstance(policy, PIDPolicy):
+        return Pilot(name, "pid", gains=asdict(policy.config))
+    if isinstance(policy, HeuristicPolicy):
+        return Pilot(name, "heuristic")
+    if isinstance(policy, RandomPolicy):
+        return Pilot(name, "random")
+    if isinstance(policy, GreedyPolicy) and "network" in policy.describe():
+        return Pilot(name, "network", weights=_weights_of(policy))
+    raise UserError(
+        f"policy {name!r}: cannot fly in a browser; must be a network of touchdown, or a PID "
+        "controller, heuristic or random"
+    )
+
+
+def render(pilots: Sequence[Pilot], seed: int) -> str:
+    """The playground as one HTML file, which opens from disk.
+
+    Args:
+        pilots: the policies, the first of which flies when the page opens. Of equal names, the
+            first counts.
+        seed: seed of the first start.
+    """
+    distinct = {pilot.name: pilot for pilot in reversed(pilots)}
+    ordered = [pilot for pilot in pilots if distinct[pilot.name] is pilot]
+    weights = {_file_of(pilot): pilot.weights for pilot in ordered if pilot.weights is not None}
+    return page.render(
+        "play.html.j2",
+        title=TITLE,
+        data={"seed": seed, "policies": [pilot.to_json() for pilot in ordered]},
+        binaries={_ENGINE: page.static_file(_ENGINE), **weights},
+    )
+
+
+def _file_of(pilot: Pilot) -> str:
+    return f"{pilot.name}.safetensors"
+
+
+def _weights_of(policy: GreedyPolicy) -> bytes:
+    layers = policy.network.layers(np.asarray(policy.params))
+    metadata = {
+        "format_version": str(WEIGHTS_FORMAT_VERSION),
+        "env_id": rules.LANDER_IDS[0],
+        "network": json.dumps(policy.describe()["network"]),
+    }
+    tensors = {name: np.ascontiguousarray(layer, np.float32) for name, layer in layers.items()}
+    return files.to_safetensors(tensors, metadata)

@@ -1,0 +1,32 @@
+// The table of a person's best flights.
+import { signed } from "touchdown/dials.js";
+import { STEPS_PER_SECOND } from "touchdown/frame.js";
+import { part } from "touchdown/parts.js";
+
+/** @typedef {import("touchdown/scores.js").Score} Score */
+
+/**
+ * @param {HTMLElement} section
+ * @param {Score[]} scores the best first
+ */
+export function showScores(section, scores) {
+  part(section, ".none", HTMLElement).hidden = scores.length > 0;
+  part(section, ".scroll", HTMLElement).hidden = scores.length === 0;
+  part(section, "tbody", HTMLElement).replaceChildren(...scores.map(rowOf));
+}
+
+/** @param {Score} score */
+function rowOf(score) {
+  const row = document.createElement("tr");
+  const seconds = `${(score.steps / STEPS_PER_SECOND).toFixed(1)} s`;
+  const texts = [
+    signed(score.return, 1), score.outcome, score.pilot, String(score.seed), seconds,
+    score.fuel.toFixed(1),
+  ];
+  for (const text of texts) row.insertCell().textContent = text;
+  const link = document.createElement("a");
+  link.href = `#${score.link}`;
+  link.textContent = "watch";
+  row.insertCell().append(link);
+  return row;
+}

@@ -1,0 +1,45 @@
+// The path that a lander has flown: its latest part is the brightest.
+import { STEPS_PER_SECOND } from "touchdown/frame.js";
+
+/** @typedef {import("touchdown/frame.js").Frame} Frame */
+
+const COLOUR = "rgb(150 196 255)";
+const FADING = 0.8; // seconds in which a fresh trail fades to 1/e
+const SHADES = 24; // lines of one shade are drawn in one stroke: all but the latest few
+
+/**
+ * @param {CanvasRenderingContext2D} context
+ * @param {Frame} frame
+ * @param {ArrayLike<ArrayLike<number>>} trail x, y in metres after each step, the latest last
+ * @param {number} opacity
+ * @param {string | undefined} colour
+ */
+export function drawTrail(context, frame, trail, opacity, colour) {
+  const newest = trail.length - 1;
+  context.strokeStyle = colour ?? COLOUR;
+  context.lineWidth = 1.6 * frame.scale;
+  context.lineJoin = "round";
+  for (let last = newest; last > 0; ) {
+    const shade = shadeOf(newest - last);
+    let first = last - 1;
+    while (first > 0 && shadeOf(newest - first) === shade) first -= 1;
+    context.globalAlpha = (opacity * shade) / SHADES;
+    context.beginPath();
+    for (let i = first; i <= last; i++) {
+      const point = trail[i];
+      context.lineTo(frame.column(point?.[0] ?? NaN), frame.row(point?.[1] ?? NaN));
+    }
+    context.stroke();
+    last = first;
+  }
+  context.globalAlpha = 1;
+}
+
+/**
+ * Of a line that is so many steps old: 1 to SHADES.
+ * @param {number} steps
+ */
+function shadeOf(steps) {
+  const seconds = steps / STEPS_PER_SECOND;
+  return Math.round(SHADES * (0.16 + 0.62 * Math.exp(-seconds / FADING)));
+}

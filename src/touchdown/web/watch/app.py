@@ -1,0 +1,120 @@
+"""The addresses of the local server, all below its token."""
+
+import asyncio
+import json
+from collections.abc import AsyncGenerator
+from contextlib import aclosing, asynccontextmanager, suppress
+from pathlib import PurePosixPath
+from typing import Any
+
+from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import JSONResponse, PlainTextResponse, Response, StreamingResponse
+from starlette.routing import Route
+from starlette.types import ASGIApp
+
+from touchdown.core.errors import UserError
+from touchdown.core.terminal import printable_line
+from touchdown.runs.folder import RunFolder
+from touchdown.web import page
+from touchdown.web.watch import flights, pages
+from touchdown.web.watch.access import HEADERS, Guard, policy_for
+from touchdown.web.watch.hub import MOST_RUNS, Hub
+from touchdown.web.watch.shelf import Shelf
+
+_TYPES = {".js": "text/javascript"}
+
+
+def make_app(shelf: Shelf, hub: Hub, token: str) -> ASGIApp:
+    """The server's application.
+
+    Args:
+        shelf: the runs that may be shown.
+        hub: reads the runs that pages show.
+        token: the secret at the beginning of each address.
+    """
+
+    def show(request: Request) -> Response:
+        keys = _keys(request)
+        found = [run for key in keys if (run := shelf.find(key))]
+        html = pages.runs_page(shelf) if not keys else pages.live_page(keys, found)
+        security = {"Content-Security-Policy": policy_for(html)}
+        return Response(html, media_type="text/html", headers=HEADERS | security)
+
+    def listing(_request: Request) -> Response:
+        return JSONResponse(shelf.listing(), headers=HEADERS)
+
+    async def events(request: Request) -> Response:
+        stream = _stream(hub, _keys(request))
+        return StreamingResponse(stream, media_type="text/event-stream", headers=HEADERS)
+
+    def policy(request: Request) -> Response:
+        data = flights.read_policy(folder_of(request), str(request.path_params["env_steps"]))
+        return Response(data, media_type="application/octet-stream", headers=HEADERS)
+
+    def episode(request: Request) -> Response:
+        row = flights.read_episode(folder_of(request), int(request.path_params["number"]))
+        return JSONResponse(row, headers=HEADERS)
+
+    def folder_of(request: Request) -> RunFolder:
+        run = shelf.find(str(request.path_params["key"]))
+        if run is None:
+            raise UserError("there is no such run")
+        return run.folder
+
+    @asynccontextmanager
+    async def lifespan(_app: Starlette) -> AsyncGenerator[None]:
+        polling = asyncio.create_task(hub.poll())
+        yield
+        polling.cancel()
+        with suppress(asyncio.CancelledError):
+            await polling
+
+    app = Starlette(
+        routes=[
+            Route("/", show),
+            Route("/runs", listing),
+            Route("/events", events),
+            Route("/run/{key}/policy/{env_steps}", policy),
+            Route("/run/{key}/episode/{number:int}", episode),
+            Route("/static/{name}", _static),
+        ],
+        lifespan=lifespan,
+        exception_handlers={UserError: _not_found, HTTPException: _http_error},
+    )
+    return Guard(app, token)
+
+
+def _static(request: Request) -> Response:
+    name = str(request.path_params["name"])
+    if name == pages.CHARTS:
+        data = pages.charts_script()
+    elif name in page.module_names():
+        data = page.static_file(name)
+    else:
+        raise UserError("there is no such file")
+    return Response(data, media_type=_TYPES[PurePosixPath(name).suffix], headers=HEADERS)
+
+
+async def _stream(hub: Hub, keys: list[str]) -> AsyncGenerator[str]:
+    async with aclosing(hub.follow(keys)) as messages:
+        async for message in messages:
+            yield ": \n\n" if message is None else f"data: {_compact(message)}\n\n"
+
+
+def _compact(value: dict[str, Any]) -> str:
+    return json.dumps(value, separators=(",", ":"))
+
+
+def _keys(request: Request) -> list[str]:
+    return list(dict.fromkeys(request.query_params.getlist("run")))[:MOST_RUNS]
+
+
+def _not_found(_request: Request, error: Exception) -> Response:
+    return PlainTextResponse(printable_line(str(error)), 404, HEADERS)
+
+
+def _http_error(_request: Request, error: Exception) -> Response:
+    code = error.status_code if isinstance(error, HTTPException) else 500
+    return PlainTextResponse("there is no such page", code, HEADERS)

@@ -1,0 +1,110 @@
+"""A server of the page beside a training, in a process of its own, so that training is not slowed.
+
+This module is also the program of that process. It hears nothing from the training, whose records
+it reads, and it ends when the training has ended and no page is open.
+"""
+
+import json
+import os
+import select
+import subprocess
+import sys
+import time
+from collections.abc import Generator
+from contextlib import contextmanager
+from pathlib import Path
+
+from touchdown.core import processes
+from touchdown.core.browser import open_page
+from touchdown.core.errors import UserError, one_line
+from touchdown.runs.folder import RunFolder
+
+_PATIENCE = 20.0
+"""Seconds that the server has to start."""
+_LOWER_PRIORITY = 10
+_CLOSED_SECONDS = 5.0
+"""After which a page that is gone was closed, and not loaded again."""
+_OPENING_SECONDS = 20.0
+"""That a browser has to open the first page, if training was shorter."""
+_MOST_BYTES = 10_000
+
+
+@contextmanager
+def watched(folder: RunFolder) -> Generator[str]:
+    """Serve the page of a run while the block trains it, and after that while a page is open.
+
+    Args:
+        folder: the run's folder.
+
+    Yields:
+        The address of the page, which contains a secret.
+
+    Raises:
+        UserError: the server did not start.
+    """
+    process = subprocess.Popen(  # noqa: S603 - our own program
+        # without the current folder, where there may be other modules of the same names
+        [sys.executable, "-P", "-m", __name__, str(folder.path.absolute())],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,  # Ctrl-C ends the training, and the page shows its end
+    )
+    assert process.stdin is not None  # noqa: S101 - they are pipes
+    assert process.stdout is not None  # noqa: S101 - as above
+    with process.stdin, process.stdout:  # the end of its input tells that training has ended
+        ready, _, _ = select.select([process.stdout], [], [], _PATIENCE)
+        line = process.stdout.readline(_MOST_BYTES) if ready else b""
+        said: dict[str, str] = json.loads(line) if line else {}
+        if "address" not in said:
+            process.kill()
+            process.wait()
+            raise UserError(f"watch: the server did not start: {said.get('error', 'no answer')}")
+        yield said["address"]
+
+
+class _Ending:
+    """Whether the server is of no use any more.
+
+    Args:
+        stdin: descriptor that is closed when training ends.
+    """
+
+    def __init__(self, stdin: int) -> None:
+        self._poll = select.poll()
+        self._poll.register(stdin, 0)  # only whether the other end is closed
+        self._training = True
+        self._until = 0.0
+        self._opened = False
+
+    def __call__(self, pages: int) -> bool:
+        """Whether to end, by the number of open pages."""
+        now = time.monotonic()
+        self._opened = self._opened or pages > 0
+        wait = _CLOSED_SECONDS if self._opened else _OPENING_SECONDS
+        if self._training:
+            self._training = not self._poll.poll(0)
+            self._until = now + wait
+        elif pages:
+            self._until = now + wait
+        return now > self._until
+
+
+def _main(folder: RunFolder) -> None:
+    from touchdown.web.watch.serving import Server  # noqa: PLC0415 - an error is told below
+    from touchdown.web.watch.shelf import Shelf, key_of  # noqa: PLC0415 - as above
+
+    server = Server(Shelf(folder.path.parent, [folder]))
+    address = server.address_of([key_of(folder)])
+    processes.print_out(json.dumps({"address": address}) + "\n")
+    processes.silence(sys.stdout)
+    with open_page(address):
+        server.serve(_Ending(0))
+
+
+if __name__ == "__main__":
+    os.nice(_LOWER_PRIORITY)
+    try:
+        _main(RunFolder(Path(sys.argv[1])))
+    except (ImportError, OSError, UserError) as error:
+        processes.print_out(json.dumps({"error": one_line(error)}) + "\n")

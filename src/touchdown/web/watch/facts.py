@@ -1,0 +1,143 @@
+"""What pages say about a run beside its records: its state, its settings, its test, its files."""
+
+from dataclasses import asdict, dataclass, replace
+from typing import Any, Literal
+
+from touchdown.config.config import Config
+from touchdown.core.errors import UserError, one_line
+from touchdown.core.terminal import printable_line
+from touchdown.lander.rules import SOLVED_RETURN, is_lander
+from touchdown.runs import folder as folders
+from touchdown.runs.folder import RunFolder
+from touchdown.runs.over_training import policies_over_training
+from touchdown.runs.run import Run, evaluations_of
+
+Status = Literal["training", "finished", "stopped", "gone", "damaged"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Facts:
+    """A run at one time. Texts are printable, and not escaped for HTML."""
+
+    name: str
+    label: str
+    group: str
+    status: Status
+    error: str = ""
+    """Why something of the run cannot be shown."""
+    env_id: str = ""
+    preset: str = ""
+    algorithm: str = ""
+    seed: int = 0
+    alike: str = ""
+    """Equal for runs that differ only in their seed."""
+    settings: dict[str, Any] | None = None
+    """Those that the page needs, by name; None if they cannot be read."""
+    is_lander: bool = False
+    """Whether the page can fly it."""
+    threshold: float | None = None
+    """Episode return that counts as solved."""
+    has_flights: bool = False
+    """Whether training episodes were recorded."""
+    policies: tuple[int, ...] = ()
+    """Environment steps at the saved policies."""
+    has_best: bool = False
+    """Whether there is a best policy so far."""
+    test: dict[str, Any] | None = None
+    """The test of the selected policy; None while there is none."""
+
+    def with_error(self, error: Exception) -> "Facts":
+        """The same run with something that cannot be read."""
+        return replace(self, error=printable_line(one_line(error)))
+
+    def to_json(self) -> dict[str, Any]:
+        """As a JSON object."""
+        return asdict(self)
+
+
+def status_of(folder: RunFolder) -> Status:
+    """Whether a run is under way, finished, stopped, or was deleted."""
+    if not folder.path.is_dir():
+        return "gone"
+    if folders.is_locked(folder):
+        return "training"
+    return "finished" if Run(folder).status == "finished" else "stopped"
+
+
+def read_facts(folder: RunFolder, label: str, group: str, before: Facts | None = None) -> Facts:
+    """The facts of a run.
+
+    Args:
+        folder: its folder.
+        label: what pages call it.
+        group: what it belongs to.
+        before: the facts when it was last read, whose settings are kept.
+    """
+    status = status_of(folder)
+    facts = Facts(
+        name=folder.name, label=printable_line(label), group=printable_line(group), status=status
+    )
+    if status == "gone":  # what was read before is still shown
+        return facts if before is None else replace(before, status="gone", error="")
+    try:
+        if before is None or before.settings is None:
+            facts = _of_config(facts, folder)
+        else:
+            facts = replace(before, status=status, error="")
+        saved = policies_over_training(folder) if facts.is_lander else []
+        facts = replace(
+            facts,
+            policies=tuple(policy.env_steps for policy in saved),
+            has_flights=facts.is_lander and folder.training_flights.is_file(),
+            has_best=folder.best.is_file(),
+        )
+        if facts.test is None or status == "training":
+            facts = replace(facts, test=_test_of(folder))
+    except UserError as error:
+        if facts.settings is None:
+            facts = replace(facts, status="damaged")
+        return facts.with_error(error)
+    return facts
+
+
+def _of_config(facts: Facts, folder: RunFolder) -> Facts:
+    config = folder.config()
+    lander = is_lander(config.env_id)
+    return replace(
+        facts,
+        env_id=printable_line(config.env_id),
+        preset=printable_line(config.preset),
+        algorithm=printable_line(config.algorithm),
+        seed=config.seed,
+        alike=replace(config, seed=0).digest,
+        settings=_settings(config),
+        is_lander=lander,
+        threshold=SOLVED_RETURN if lander else None,
+    )
+
+
+def _settings(config: Config) -> dict[str, Any]:
+    return {
+        "gamma": config.learning.gamma,
+        "reward_scale": config.learning.reward_scale,
+        "learning_rate": config.learning.learning_rate,
+        "batch_size": config.learning.batch_size,
+        "hidden_sizes": list(config.network.hidden_sizes),
+        "activation": config.network.activation,
+        "max_env_steps": config.training.max_env_steps,
+        "episodes": config.training.episodes,
+        "num_envs": config.training.num_envs,
+    }
+
+
+def _test_of(folder: RunFolder) -> dict[str, Any] | None:
+    tested = next(iter(evaluations_of(Run(folder))), None)
+    if tested is None:
+        return None
+    summary = tested.summary
+    return {
+        "episodes": len(tested.episodes),
+        "mean_return": summary.mean_return,
+        "share_solved": summary.share_solved,
+        "outcomes": dict(summary.outcomes),
+    }

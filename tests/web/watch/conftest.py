@@ -1,0 +1,52 @@
+"""A run, and servers that show it."""
+
+import threading
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from touchdown.runs.folder import RunFolder
+from touchdown.web.watch.serving import Server
+from touchdown.web.watch.shelf import Shelf, key_of
+from watched_runs import Client, recorded_run
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> RunFolder:
+    return recorded_run(tmp_path / "runs")
+
+
+@contextmanager
+def _serving() -> Generator[Callable[[Shelf], Client]]:
+    end = threading.Event()
+    threads: list[threading.Thread] = []
+
+    def start(shelf: Shelf) -> Client:
+        server = Server(shelf)
+        thread = threading.Thread(target=server.serve, args=(lambda _pages: end.is_set(),))
+        thread.start()
+        threads.append(thread)
+        return Client(server)
+
+    yield start
+    end.set()
+    for thread in threads:
+        thread.join(10)
+        assert not thread.is_alive()
+
+
+@pytest.fixture
+def serve() -> Generator[Callable[[Shelf], Client]]:
+    """Starts servers, which end with the test."""
+    with _serving() as start:
+        yield start
+
+
+@pytest.fixture(scope="module")
+def unchanged(tmp_path_factory: pytest.TempPathFactory) -> Generator[tuple[Client, str]]:
+    """A server for tests that change nothing, and the key of its run."""
+    folder = recorded_run(tmp_path_factory.mktemp("served") / "runs")
+    with _serving() as start:
+        yield start(Shelf(folder.path.parent)), key_of(folder)

@@ -1,0 +1,251 @@
+"""The server as a page, and as those who must not, ask it."""
+
+import shutil
+import socket
+from contextlib import ExitStack
+
+import pytest
+
+from touchdown.core.errors import UserError
+from touchdown.runs import folder as folders
+from touchdown.web.watch.serving import Server
+from touchdown.web.watch.shelf import Shelf, key_of
+from watched_runs import append, episode, new_run
+
+
+@pytest.fixture
+def client(unchanged):
+    return unchanged[0]
+
+
+@pytest.fixture
+def key(unchanged):
+    return unchanged[1]
+
+
+@pytest.fixture
+def changing(run, serve):
+    """A server of a run that the test changes."""
+    return serve(Shelf(run.path.parent))
+
+
+@pytest.mark.parametrize("token", ["", "wrong", "wrong" * 20, "%00", "ü".encode().hex()])
+@pytest.mark.parametrize("path", ["", "runs", "events", "static/data.js", "../runs"])
+def test_nobody_without_the_token_gets_anything(client, token, path):
+    answer = client.ask(path, token=token)
+    assert (answer.status, answer.body) == (403, b"forbidden\n")
+
+
+def test_the_token_is_never_in_an_answer_to_one_who_lacks_it(client):
+    answer = client.ask("", token=client.server.token[:-1])
+    assert answer.status == 403
+    assert client.server.token not in str(answer.headers)
+
+
+@pytest.mark.parametrize(
+    "headers", [{"Host": "example.com"}, {"Origin": "http://example.com"}, {"Origin": "null"}]
+)
+def test_pages_of_other_origins_are_refused_even_with_the_token(client, headers):
+    assert client.ask("runs", **headers).status == 403
+
+
+def test_the_server_listens_on_this_machine_alone_and_only_answers_get(client):
+    address = client.server._socket.getsockname()
+    assert address[0] == "127.0.0.1"
+    assert [client.ask("runs", method).status for method in ("POST", "PUT", "DELETE")] == [405] * 3
+
+
+@pytest.mark.parametrize("path", ["", "runs", "static/data.js", "nothing", "run/x/policy/best"])
+def test_no_answer_is_stored_or_framed_or_read_by_other_origins(client, path):
+    headers = client.ask(path).headers
+    assert headers["Cache-Control"] == "no-store"
+    assert headers["Cross-Origin-Resource-Policy"] == "same-origin"
+    assert headers["X-Frame-Options"] == "DENY"
+    assert headers["X-Content-Type-Options"] == "nosniff"
+    assert headers["Referrer-Policy"] == "no-referrer"
+    assert "server" not in headers
+
+
+def test_the_page_and_its_modules_are_served(client, key):
+    page = client.ask(f"?run={key}")
+    text = page.body.decode()
+    assert page.headers["Content-Security-Policy"].startswith("default-src 'none'")
+    assert "<title>watched</title>" in text
+    assert client.server.token not in text
+    for name in ("watch.js", "engine.js", "plotly.min.js"):
+        answer = client.ask(f"static/{name}")
+        assert answer.status == 200
+        assert answer.headers["Content-Type"].startswith("text/javascript")
+
+
+def test_the_list_names_each_run(client, key):
+    (found,) = client.json("runs")
+    assert (found["key"], found["label"], found["status"]) == (key, "watched", "stopped")
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "static/../../../../etc/passwd",
+        "static/..%2f..%2fpage.py",
+        "static/page.css",
+        "static/%2fetc%2fpasswd",
+        "run/{key}/policy/..%2f..%2fconfig.toml",
+        "run/{key}/policy/%2fetc%2fpasswd",
+        "run/{key}/policy/..",
+        "run/{key}/policy/-1",
+        "run/{key}/policy/1",
+        "run/{key}/policy/best",
+        "run/{key}/episode/0",
+        "run/{key}/episode/..%2f1",
+        "run/{key}/config.toml",
+        "run/..%2f..%2fetc/policy/0",
+        "run/watched/policy/0",
+        "watched/config.toml",
+        "..%2fwatched%2fconfig.toml",
+    ],
+)
+def test_no_other_file_is_ever_served(client, key, path):
+    answer = client.ask(path.format(key=key))
+    assert answer.status == 404
+    assert b"root:" not in answer.body
+
+
+def test_policies_and_episodes_are_served(client, key):
+    assert client.ask(f"run/{key}/policy/0").body == b"weights 0"
+    assert client.ask(f"run/{key}/policy/300").body == b"weights 300"
+    assert client.json(f"run/{key}/episode/2")["start"] == 77
+    answer = client.ask(f"run/{key}/episode/1")
+    assert (answer.status, answer.body) == (404, b"episode 1: was not recorded")
+
+
+def test_links_out_of_a_run_are_not_followed(changing, run, tmp_path):
+    secret = tmp_path / "secret"
+    secret.mkdir()
+    (secret / "00000000.safetensors").write_bytes(b"secret")
+    (secret / "best.safetensors").write_bytes(b"secret")
+    (secret / "flights.jsonl").write_bytes(b"secret")
+    run.best.symlink_to(secret / "best.safetensors")
+    shutil.rmtree(run.over_training)
+    run.over_training.symlink_to(secret)
+    run.training_flights.unlink()
+    run.training_flights.symlink_to(secret / "flights.jsonl")
+    for path in ("policy/best", "policy/0", "episode/2"):
+        answer = changing.ask(f"run/{key_of(run)}/{path}")
+        assert answer.status == 404
+        assert b"secret" not in answer.body.replace(str(tmp_path).encode(), b"")
+
+
+def test_a_page_gets_what_is_recorded_and_then_what_is_new(changing, run):
+    with changing.messages(key_of(run)) as messages:
+        found = collected(messages, 3)
+        assert found["facts"]["status"] == "stopped"
+        assert found["facts"]["policies"] == [0, 300]
+        assert found["episodes"]["episode_return"] == [-1.0, -2.0, -3.0]
+        assert found["updates"]["loss"] == [0.5]
+        assert found["validations"]["worst_return"] == [-20.0]
+        with folders.lock(run):
+            append(run.episodes, episode(4))
+            message = next(message for message in messages if "columns" in message)
+    assert message["columns"]["episode"] == [4]
+    assert not message["restart"]
+
+
+def test_ten_pages_get_the_same_from_one_reading(changing, run):
+    with ExitStack() as stack:
+        pages = [stack.enter_context(changing.messages(key_of(run))) for _ in range(10)]
+        assert [collected(page, 3)["episodes"]["episode"] for page in pages] == [[1, 2, 3]] * 10
+        append(run.episodes, episode(4), episode(5))
+        for page in pages:
+            message = next(message for message in page if "columns" in message)
+            assert message["columns"]["episode"] == [4, 5]
+
+
+def test_half_a_line_waits_for_its_other_half(changing, run):
+    with changing.messages(key_of(run)) as messages:
+        collected(messages, 3)
+        with run.episodes.open("a") as file:
+            file.write('{"episode": 4, "observations": 400, "episode_ret')
+        append(run.updates, {"update": 2, "observations": 350, "loss": 0.25})
+        assert next(m for m in messages if "columns" in m)["record"] == "updates"
+        with run.episodes.open("a") as file:
+            file.write('urn": 1.0, "steps": 9, "outcome": "landed", "epsilon": 0, "seconds": 1}\n')
+        assert next(m for m in messages if "columns" in m)["columns"]["outcome"] == ["landed"]
+
+
+def test_a_deleted_run_is_told_and_what_was_read_stays(changing, run):
+    with changing.messages(key_of(run)) as messages:
+        collected(messages, 3)
+        shutil.rmtree(run.path)
+        facts = next(m["facts"] for m in messages if "facts" in m)
+        assert facts["status"] == "gone"
+        assert facts["env_id"] == "LunarLander-v3"
+
+
+def test_a_damaged_record_is_named_and_the_others_are_shown(changing, run):
+    append(run.updates, {"update": "x"})
+    with changing.messages(key_of(run)) as messages:
+        found = collected(messages, 2)
+    assert "updates.jsonl: line 2" in found["facts"]["error"]
+    assert found["episodes"]["episode"] == [1, 2, 3]
+
+
+def test_a_run_with_broken_settings_is_damaged(run, serve):
+    run.config_file.write_text("seed = 'x'")
+    with serve(Shelf(run.path.parent)).messages(key_of(run)) as messages:
+        facts = collected(messages, 3)["facts"]
+    assert facts["status"] == "damaged"
+    assert "seed" in facts["error"]
+
+
+def test_a_run_that_there_is_not_is_told(client):
+    with client.messages("0" * 16) as messages:
+        assert next(messages) == {"run": "0" * 16, "facts": None}
+
+
+def test_another_environment_has_records_and_no_flights(tmp_path, serve):
+    cart = new_run(tmp_path / "runs", "cart", "CartPole-v1")
+    append(cart.episodes, episode(1, outcome="terminated"))
+    with serve(Shelf(tmp_path / "runs")).messages(key_of(cart)) as messages:
+        found = collected(messages, 1)
+    assert not found["facts"]["is_lander"]
+    assert found["episodes"]["outcome"] == ["terminated"]
+
+
+def test_hostile_names_are_escaped_in_the_page(tmp_path, serve):
+    hostile = "<img src=x onerror=alert(1)>\u202e\x1b"
+    folder = new_run(tmp_path / "runs", "plain")
+    renamed = folder.path.rename(folder.path.with_name(hostile.replace("/", "")))
+    client = serve(Shelf(tmp_path / "runs"))
+    page = (
+        client.ask("").body.decode()
+        + client.ask(f"?run={key_of(folders.RunFolder(renamed))}").body.decode()
+    )
+    assert "<img" not in page
+    for character in "\u202e\x1b":
+        assert character not in page
+
+
+def test_a_taken_port_is_one_line():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        with pytest.raises(UserError, match=f"port = {port}: cannot be used"):
+            Server(Shelf.__new__(Shelf), port)
+    with pytest.raises(UserError, match="port = 70000"):
+        Server(Shelf.__new__(Shelf), 70_000)
+
+
+def collected(messages, records):
+    """Facts and columns of the first messages, until so many records have rows."""
+    found, with_rows = {}, set()
+    for message in messages:
+        if "facts" in message:
+            found["facts"] = message["facts"]
+        elif message["columns"]:
+            with_rows.add(message["record"])
+            columns = found.setdefault(message["record"], {})
+            for name, values in message["columns"].items():
+                columns.setdefault(name, []).extend(values)
+        if len(with_rows) == records and "facts" in found:
+            return found
+    raise AssertionError("the stream ended")
