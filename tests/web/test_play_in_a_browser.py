@@ -130,7 +130,7 @@ def test_a_shared_link_repeats_the_flight_to_the_last_bit(opened: Open):
         assert hash_of(tab) == link  # its check is a digest of every bit of the last moments
         assert tab.locator(".scores tbody tr").count() == 0  # it is somebody else's
         assert tab.get_by_role("slider", name="Wind").get_attribute("aria-valuetext") == "12.0"
-    with opened(link.replace("faults=0.1", "faults=0.11")) as tab:
+    with opened(link.replace("faults=0.1", "faults=0.4")) as tab:
         fly_fast(tab)
         wait_until_over(tab)
         assert status_of(tab).endswith("It went differently where it was shared.")
