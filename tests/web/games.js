@@ -1,7 +1,7 @@
 // Plays the playground's games without a page.
 import { base64, fromBase64 } from "tests/base64.js";
 import { decodeCommands, encodeCommands } from "touchdown/commands.js";
-import { withFaults, withNoise } from "touchdown/conditions.js";
+import { normalConditions, withFaults, withNoise } from "touchdown/conditions.js";
 import { loadEngine } from "touchdown/engine.js";
 import { Game } from "touchdown/game.js";
 import { checkOf, readLink, writeLink } from "touchdown/link.js";
@@ -33,7 +33,8 @@ export function readings(links) {
 }
 
 /** @param {{faults: number, noise: number, seed: number, steps: number}} request */
-export function disturbances({ seed, steps, ...conditions }) {
+export function disturbances({ seed, steps, ...disturbed }) {
+  const conditions = { ...normalConditions(), ...disturbed };
   const observation = Float32Array.of(0, 0, 0, 0, 0, 0, 1, 0);
   const rows = Array.from({ length: steps }, (_, step) => ({
     actions: [0, 2].map((action) => withFaults(conditions, seed, step, action)),

@@ -2,13 +2,14 @@
 
 import threading
 from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from touchdown.runs.folder import RunFolder
 from touchdown.web.watch.serving import Server
-from touchdown.web.watch.shelf import Shelf
+from touchdown.web.watch.shelf import Shelf, key_of
 from watched_runs import Client, recorded_run
 
 
@@ -17,9 +18,8 @@ def run(tmp_path: Path) -> RunFolder:
     return recorded_run(tmp_path / "runs")
 
 
-@pytest.fixture
-def serve() -> Generator[Callable[[Shelf], Client]]:
-    """Starts servers, which end with the test."""
+@contextmanager
+def _serving() -> Generator[Callable[[Shelf], Client]]:
     end = threading.Event()
     threads: list[threading.Thread] = []
 
@@ -35,3 +35,18 @@ def serve() -> Generator[Callable[[Shelf], Client]]:
     for thread in threads:
         thread.join(10)
         assert not thread.is_alive()
+
+
+@pytest.fixture
+def serve() -> Generator[Callable[[Shelf], Client]]:
+    """Starts servers, which end with the test."""
+    with _serving() as start:
+        yield start
+
+
+@pytest.fixture(scope="module")
+def unchanged(tmp_path_factory: pytest.TempPathFactory) -> Generator[tuple[Client, str]]:
+    """A server for tests that change nothing, and the key of its run."""
+    folder = recorded_run(tmp_path_factory.mktemp("served") / "runs")
+    with _serving() as start:
+        yield start(Shelf(folder.path.parent)), key_of(folder)

@@ -15,7 +15,8 @@ class Reader:
         self.stride = 0
 
     def read(self, record: Columns) -> None:
-        for part, self.position in record.since(self.position):
+        for part, position in record.since(self.position):
+            self.position = position
             if part["restart"]:
                 self.values = {}
             self.stride = part["stride"]

@@ -14,13 +14,19 @@ from watched_runs import append, episode, new_run
 
 
 @pytest.fixture
-def client(run, serve):
-    return serve(Shelf(run.path.parent))
+def client(unchanged):
+    return unchanged[0]
 
 
 @pytest.fixture
-def key(run):
-    return key_of(run)
+def key(unchanged):
+    return unchanged[1]
+
+
+@pytest.fixture
+def changing(run, serve):
+    """A server of a run that the test changes."""
+    return serve(Shelf(run.path.parent))
 
 
 @pytest.mark.parametrize("token", ["", "wrong", "wrong" * 20, "%00", "ü".encode().hex()])
@@ -113,7 +119,7 @@ def test_policies_and_episodes_are_served(client, key):
     assert (answer.status, answer.body) == (404, b"episode 1: was not recorded")
 
 
-def test_links_out_of_a_run_are_not_followed(client, key, run, tmp_path):
+def test_links_out_of_a_run_are_not_followed(changing, run, tmp_path):
     secret = tmp_path / "secret"
     secret.mkdir()
     (secret / "00000000.safetensors").write_bytes(b"secret")
@@ -125,13 +131,13 @@ def test_links_out_of_a_run_are_not_followed(client, key, run, tmp_path):
     run.training_flights.unlink()
     run.training_flights.symlink_to(secret / "flights.jsonl")
     for path in ("policy/best", "policy/0", "episode/2"):
-        answer = client.ask(f"run/{key}/{path}")
+        answer = changing.ask(f"run/{key_of(run)}/{path}")
         assert answer.status == 404
         assert b"secret" not in answer.body.replace(str(tmp_path).encode(), b"")
 
 
-def test_a_page_gets_what_is_recorded_and_then_what_is_new(client, key, run):
-    with client.messages(key) as messages:
+def test_a_page_gets_what_is_recorded_and_then_what_is_new(changing, run):
+    with changing.messages(key_of(run)) as messages:
         found = collected(messages, 3)
         assert found["facts"]["status"] == "stopped"
         assert found["facts"]["policies"] == [0, 300]
@@ -145,9 +151,9 @@ def test_a_page_gets_what_is_recorded_and_then_what_is_new(client, key, run):
     assert not message["restart"]
 
 
-def test_ten_pages_get_the_same_from_one_reading(client, key, run):
+def test_ten_pages_get_the_same_from_one_reading(changing, run):
     with ExitStack() as stack:
-        pages = [stack.enter_context(client.messages(key)) for _ in range(10)]
+        pages = [stack.enter_context(changing.messages(key_of(run))) for _ in range(10)]
         assert [collected(page, 3)["episodes"]["episode"] for page in pages] == [[1, 2, 3]] * 10
         append(run.episodes, episode(4), episode(5))
         for page in pages:
@@ -155,22 +161,20 @@ def test_ten_pages_get_the_same_from_one_reading(client, key, run):
             assert message["columns"]["episode"] == [4, 5]
 
 
-def test_half_a_line_waits_for_its_other_half(client, key, run):
-    with client.messages(key) as messages:
+def test_half_a_line_waits_for_its_other_half(changing, run):
+    with changing.messages(key_of(run)) as messages:
         collected(messages, 3)
         with run.episodes.open("a") as file:
             file.write('{"episode": 4, "observations": 400, "episode_ret')
         append(run.updates, {"update": 2, "observations": 350, "loss": 0.25})
         assert next(m for m in messages if "columns" in m)["record"] == "updates"
         with run.episodes.open("a") as file:
-            file.write(
-                'urn": 1.0, "steps": 9, "outcome": "landed", "epsilon": 0, "seconds": 1}\n'
-            )
+            file.write('urn": 1.0, "steps": 9, "outcome": "landed", "epsilon": 0, "seconds": 1}\n')
         assert next(m for m in messages if "columns" in m)["columns"]["outcome"] == ["landed"]
 
 
-def test_a_deleted_run_is_told_and_what_was_read_stays(client, key, run):
-    with client.messages(key) as messages:
+def test_a_deleted_run_is_told_and_what_was_read_stays(changing, run):
+    with changing.messages(key_of(run)) as messages:
         collected(messages, 3)
         shutil.rmtree(run.path)
         facts = next(m["facts"] for m in messages if "facts" in m)
@@ -178,9 +182,9 @@ def test_a_deleted_run_is_told_and_what_was_read_stays(client, key, run):
         assert facts["env_id"] == "LunarLander-v3"
 
 
-def test_a_damaged_record_is_named_and_the_others_are_shown(client, key, run):
+def test_a_damaged_record_is_named_and_the_others_are_shown(changing, run):
     append(run.updates, {"update": "x"})
-    with client.messages(key) as messages:
+    with changing.messages(key_of(run)) as messages:
         found = collected(messages, 2)
     assert "updates.jsonl: line 2" in found["facts"]["error"]
     assert found["episodes"]["episode"] == [1, 2, 3]
@@ -213,9 +217,10 @@ def test_hostile_names_are_escaped_in_the_page(tmp_path, serve):
     folder = new_run(tmp_path / "runs", "plain")
     renamed = folder.path.rename(folder.path.with_name(hostile.replace("/", "")))
     client = serve(Shelf(tmp_path / "runs"))
-    page = client.ask("").body.decode() + client.ask(
-        f"?run={key_of(folders.RunFolder(renamed))}"
-    ).body.decode()
+    page = (
+        client.ask("").body.decode()
+        + client.ask(f"?run={key_of(folders.RunFolder(renamed))}").body.decode()
+    )
     assert "<img" not in page
     for character in "\u202e\x1b":
         assert character not in page

@@ -34,7 +34,7 @@ export class Controls {
 
   /** Reads gamepads, which send no events. */
   poll() {
-    for (const pad of navigator.getGamepads?.() ?? []) {
+    for (const pad of gamepads()) {
       if (!pad) continue;
       const [across = 0, down = 0] = pad.axes;
       /** @param {number[]} numbers */
@@ -88,6 +88,15 @@ export class Controls {
   /** @param {string} source */
   release(source) {
     this.sources.delete(source);
+  }
+}
+
+/** @returns {(Gamepad | null)[]} */
+function gamepads() {
+  try {
+    return navigator.getGamepads?.() ?? [];
+  } catch {
+    return []; // a page may forbid it to a frame in it
   }
 }
 

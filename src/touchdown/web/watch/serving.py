@@ -17,7 +17,7 @@ from touchdown.web.watch.shelf import Shelf
 HOST = "127.0.0.1"
 _CLOSING_SECONDS = 2
 """That open connections have when the server stops."""
-_LOOK_SECONDS = 0.5
+_LOOK_SECONDS = 0.2
 _LAST_PORT = 65_535
 
 
