@@ -2,6 +2,7 @@
 
 import base64
 import json
+import threading
 from collections.abc import Generator, Iterator
 from contextlib import closing, contextmanager
 from http.client import HTTPConnection, HTTPMessage, HTTPResponse
@@ -12,6 +13,7 @@ from small_configs import tiny
 from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
 from touchdown.web.watch.serving import Server
+from touchdown.web.watch.shelf import Shelf
 
 
 def episode(number: int, **changes: Any) -> dict[str, Any]:
@@ -121,3 +123,27 @@ def _each(answer: HTTPResponse) -> Iterator[dict[str, Any]]:
     while line := answer.readline():
         if line.startswith(b"data: "):
             yield json.loads(line[len(b"data: ") :])
+
+
+class Servers:
+    """Starts servers in threads, which all end together."""
+
+    def __init__(self) -> None:
+        self._end = threading.Event()
+        self._threads: list[threading.Thread] = []
+
+    def start(self, shelf: Shelf) -> Server:
+        """A server of the runs on a shelf."""
+        server = Server(shelf)
+        ends = (lambda _pages: self._end.is_set(),)
+        self._threads.append(threading.Thread(target=server.serve, args=ends))
+        self._threads[-1].start()
+        return server
+
+    def end(self) -> None:
+        """End them all."""
+        self._end.set()
+        for thread in self._threads:
+            thread.join(10)
+            assert not thread.is_alive()
+        self._threads.clear()

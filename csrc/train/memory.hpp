@@ -5,9 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <vector>
 
 #include "fused/transition.hpp"
+#include "train/mirror.hpp"
 
 namespace touchdown::train {
 
@@ -19,13 +19,6 @@ struct Step {
   float discount_t;
   bool terminated;
   const float* o_t;  // [D]
-};
-
-// A symmetry of the environment, as touchdown.core.types.Mirror has it.
-struct Mirror {
-  std::vector<std::size_t> order;     // [D]
-  std::vector<float> signs;           // [D]
-  std::vector<std::int32_t> actions;  // [A]
 };
 
 struct Memory {
@@ -55,10 +48,8 @@ struct Memory {
     store(step, added);
     const fused::TransitionFields at = fused::transition_fields(num_observations);
     float* const record = records + static_cast<std::size_t>(added % capacity) * at.size;
-    for (std::size_t i = 0; i < num_observations; ++i) {
-      record[at.o_tm1 + i] = step.o_tm1[mirror.order[i]] * mirror.signs[i];
-      record[at.o_t + i] = step.o_t[mirror.order[i]] * mirror.signs[i];
-    }
+    mirror.reflect(step.o_tm1, record + at.o_tm1);
+    mirror.reflect(step.o_t, record + at.o_t);
     const std::int32_t image[] = {mirror.actions[static_cast<std::size_t>(step.a_tm1)],
                                   mirror.actions.front()};
     std::memcpy(record + at.a_tm1, &image[0], sizeof(std::int32_t));

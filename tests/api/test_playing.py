@@ -1,7 +1,9 @@
 """The verb `play`: the policies on the page, its file, and the browser."""
 
 import json
+import os
 import re
+import shutil
 import webbrowser
 from base64 import b64decode
 from pathlib import Path
@@ -65,6 +67,14 @@ def test_the_weights_on_a_page_are_those_of_the_run_however_it_is_given(run):
         found = weights_of(page, next(iter(policies_of(page))))
         assert_array_equal(found.policy.values(seen), expected)
         assert found.env_id == "LunarLander-v3"
+
+
+def test_a_run_with_a_name_that_is_no_text_is_on_the_page_under_a_printable_one(run, tmp_path):
+    name = os.fsdecode(b"\xff</script>\x1b[31m").replace("/", "")
+    shutil.copytree(run.path, tmp_path / "runs" / name)
+    shown, *_ = policies_of(touchdown.play(name))
+    shown.encode()
+    assert shown.endswith("<script>␛[31m")
 
 
 def test_gains_on_a_page_are_those_of_the_file():

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -12,6 +13,7 @@ from playwright.sync_api import Page as Tab
 from chromium import chromium
 from contrast import contrast
 from touchdown.api import playing
+from touchdown.policies import lookup
 from touchdown.web import playground
 
 DESK = {"viewport": {"width": 1280, "height": 800}}
@@ -59,7 +61,7 @@ def _note_request(said: list[str], address: str) -> None:
 
 
 def status_of(tab: Tab) -> str:
-    return tab.get_by_role("status").inner_text()
+    return tab.locator("p[role=status]").inner_text()
 
 
 def clock_of(tab: Tab) -> float:
@@ -111,7 +113,7 @@ def test_the_shipped_policy_lands_and_wins_the_race(opened: Open):
 
 
 def test_a_shared_link_repeats_the_flight_to_the_last_bit(opened: Open):
-    rough = "#start=3&pilot=you&autopilot=ace&against=pid&wind=12&faults=0.1&noise=0.05"
+    rough = "#start=12&pilot=you&autopilot=ace&against=pid&wind=12&faults=0.1&noise=0.05"
     with opened(rough) as tab:
         tab.keyboard.down("KeyW")
         tab.wait_for_timeout(300)
@@ -128,7 +130,7 @@ def test_a_shared_link_repeats_the_flight_to_the_last_bit(opened: Open):
         assert hash_of(tab) == link  # its check is a digest of every bit of the last moments
         assert tab.locator(".scores tbody tr").count() == 0  # it is somebody else's
         assert tab.get_by_role("slider", name="Wind").get_attribute("aria-valuetext") == "12.0"
-    with opened(link.replace("faults=0.1", "faults=0.11")) as tab:
+    with opened(link.replace("faults=0.1", "faults=0.4")) as tab:
         fly_fast(tab)
         wait_until_over(tab)
         assert status_of(tab).endswith("It went differently where it was shared.")
@@ -183,6 +185,27 @@ def test_a_phone_is_held_with_two_thumbs(opened: Open):
             return readLink(location.hash).commands;
         }""")
         assert commands[5:15] == [5] * 10  # both engines, in turns
+
+
+def test_a_file_of_weights_becomes_a_rival_and_any_other_file_is_refused(
+    opened: Open, tmp_path: Path
+):
+    (tmp_path / "mine.safetensors").write_bytes(
+        lookup.SHIPPED.joinpath("ace.safetensors").read_bytes()
+    )
+    (tmp_path / "photo.safetensors").write_bytes(b"no weights at all")
+    with opened("#start=7&pilot=pid") as tab:
+        chooser = tab.get_by_label("Add a policy from a file of weights")
+        chooser.set_input_files(tmp_path / "photo.safetensors")
+        status = tab.locator("p[role=status]")
+        expect(status).to_contain_text("photo.safetensors: not a safetensors file: ")
+        chooser.set_input_files(tmp_path / "mine.safetensors")
+        expect(tab.get_by_role("checkbox", name="mine")).to_be_checked()
+        fly_fast(tab)
+        wait_until_over(tab)
+        assert status_of(tab).startswith("1. mine +280.2 (landed)")
+        chooser.set_input_files(tmp_path / "mine.safetensors")
+        expect(status).to_have_text("mine.safetensors: the page has a policy of this name.")
 
 
 def test_a_gamepad_flies(opened: Open):

@@ -1,6 +1,5 @@
 """A run, and servers that show it."""
 
-import threading
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
@@ -8,9 +7,8 @@ from pathlib import Path
 import pytest
 
 from touchdown.runs.folder import RunFolder
-from touchdown.web.watch.serving import Server
 from touchdown.web.watch.shelf import Shelf, key_of
-from watched_runs import Client, recorded_run
+from watched_runs import Client, Servers, recorded_run
 
 
 @pytest.fixture
@@ -20,21 +18,9 @@ def run(tmp_path: Path) -> RunFolder:
 
 @contextmanager
 def _serving() -> Generator[Callable[[Shelf], Client]]:
-    end = threading.Event()
-    threads: list[threading.Thread] = []
-
-    def start(shelf: Shelf) -> Client:
-        server = Server(shelf)
-        thread = threading.Thread(target=server.serve, args=(lambda _pages: end.is_set(),))
-        thread.start()
-        threads.append(thread)
-        return Client(server)
-
-    yield start
-    end.set()
-    for thread in threads:
-        thread.join(10)
-        assert not thread.is_alive()
+    servers = Servers()
+    yield lambda shelf: Client(servers.start(shelf))
+    servers.end()
 
 
 @pytest.fixture

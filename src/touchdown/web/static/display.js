@@ -31,6 +31,7 @@ export class Display {
     const outdate = () => (this.stale = true);
     new MutationObserver(outdate).observe(document.documentElement, { attributes: true });
     addEventListener("resize", outdate);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", outdate);
     new IntersectionObserver(([entry]) => {
       this.visible = entry?.isIntersecting ?? true;
     }).observe(element(".scenes"));

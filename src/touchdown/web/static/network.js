@@ -65,6 +65,7 @@ export class NetworkPolicy {
     this.#address = create(exports, network);
     const at = exports.network_params(this.#address);
     new Float32Array(exports.memory.buffer, at, params.length).set(params);
+    exports.network_load(this.#address);
   }
 
   /**

@@ -8,7 +8,7 @@ import { Game } from "touchdown/game.js";
 import { checkOf, readLink, writeLink } from "touchdown/link.js";
 import { Panel } from "touchdown/panel.js";
 import { element, part } from "touchdown/parts.js";
-import { makePolicies } from "touchdown/pilots.js";
+import { addPolicy, makePolicies } from "touchdown/pilots.js";
 import { describe, ranking } from "touchdown/reports.js";
 import { showScores } from "touchdown/scoreboard.js";
 import { Scores } from "touchdown/scores.js";
@@ -51,6 +51,8 @@ class Playground {
     addEventListener("hashchange", () => {
       if (!this.openLink() && this.complaint) this.say(this.complaint);
     });
+    const file = part(document, "[type=file]", HTMLInputElement);
+    file.addEventListener("change", () => void this.addWeights(file));
     showScores(element(".scores"), this.scores.list);
     if (!this.openLink()) this.startDemo(seed);
     requestAnimationFrame((now) => this.frame(now, now));
@@ -203,6 +205,26 @@ class Playground {
     this.endDemo();
     this.game.pause();
     this.say(await copyLink(`${location.href.split("#")[0]}#${this.link()}`));
+  }
+
+  /**
+   * Another rival, from a file of weights.
+   * @param {HTMLInputElement} input
+   */
+  async addWeights(input) {
+    const [file] = input.files ?? [];
+    if (!file) return;
+    const { engine, policies, setup } = this.game;
+    try {
+      const name = await addPolicy(engine, policies, file);
+      this.names.push(name);
+      this.panel.offer(this.names);
+      this.endDemo();
+      this.begin({ ...setup, rivals: [...setup.rivals, name] });
+    } catch (error) {
+      this.say(`${file.name}: ${error instanceof Error ? error.message : error}.`);
+    }
+    input.value = ""; // the same file can be chosen again
   }
 
   turnView() {
