@@ -88,6 +88,7 @@ void bind_settings(nb::module_& m) {
   def_part<&Settings::rollout, &RolloutSettings::trace_decay>(settings, "trace_decay");
   def_part<&Settings::rule, &fused::Rule::huber>(settings, "huber");
   def_part<&Settings::rule, &fused::Rule::double_q>(settings, "double");
+  def_part<&Settings::rule, &fused::Rule::sarsa>(settings, "sarsa");
   def_part<&Settings::rule, &fused::Rule::reward_scale>(settings, "reward_scale");
   def_part<&Settings::rule, &fused::Rule::max_grad_norm>(settings, "max_grad_norm");
   def_part<&Settings::rule, &fused::Rule::polyak>(settings, "polyak");

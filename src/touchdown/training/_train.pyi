@@ -30,6 +30,7 @@ class Settings:
     batch_size: int
     huber: bool
     double: bool
+    sarsa: bool
     reward_scale: float
     max_grad_norm: float
     polyak: float
