@@ -133,8 +133,8 @@ def test_a_shared_link_repeats_the_flight_to_the_last_bit(opened: Open):
 
 
 def test_a_flight_that_goes_differently_is_noted_unless_its_reader_takes_over(opened: Open):
-    # main engine for 15 steps, nothing for 100, and the check of some other flight
-    link = "#start=12&pilot=you&autopilot=ace&flight=ZLUF&check=other"
+    # main engine for 15 steps, nothing for 40, and the check of some other flight
+    link = "#start=12&pilot=you&autopilot=ace&flight=ZJEC&check=other"
     with opened(link) as tab:
         fly_fast(tab)
         expect(tab.locator("p[role=status]")).to_contain_text("Your turn")
