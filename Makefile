@@ -3,7 +3,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help land test test-all test-cpp faults exactness sanitize check docs wasm bench peers paper lock format clean FORCE
+.PHONY: help land test test-all test-cpp faults exactness web-exact sanitize check docs wasm bench peers paper lock format clean FORCE
 
 UV_VERSION := 0.13.9
 PYTHON ?= python3.13 python3.12 python3.11 python3
@@ -43,6 +43,10 @@ faults: $(READY) ## kill, fill, move and lock under each command; print a table 
 
 exactness: $(READY) ## compare N=1000000 steps of the exact engine with stock, byte by byte
 	@$(BIN)/python tests/lander/engine/oracle.py $(N) $(ARGS)
+
+web-exact: $(READY) ## compare the browser's engine with this machine's, and every sine, for half an hour
+	@PYTHONPATH=tests $(BIN)/python tests/web/compare_flights.py 1000
+	@$(call build_cpp,--target web_libm_test) && $(cpp_build)/csrc/tests/web_libm_test all
 
 sanitize: $(READY) ## test the C++ modules with sanitizers
 	@$(BIN)/python tests/sanitized.py
@@ -107,15 +111,15 @@ cpp = $(shell find csrc benchmarks/xla_engine -name '*.cpp' -o -name '*.hpp')
 
 # CMake cannot use a build folder that was copied or moved here.
 cpp_build := build/cpp
-define test_cpp
+define build_cpp
 	{ grep -qsx 'CMAKE_HOME_DIRECTORY:INTERNAL=$(CURDIR)' $(cpp_build)/CMakeCache.txt || \
 		rm -rf $(cpp_build); } && mkdir -p $(cpp_build) && \
 	{ { $(BIN)/cmake -S . -B $(cpp_build) -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja \
 			-DTOUCHDOWN_MODULES=OFF -DTOUCHDOWN_TESTS=ON -DTOUCHDOWN_WERROR=ON && \
-		$(BIN)/cmake --build $(cpp_build); } >$(cpp_build)/log.txt 2>&1 || \
-		{ cat $(cpp_build)/log.txt; exit 1; }; } && \
-	$(BIN)/ctest --test-dir $(cpp_build) --output-on-failure
+		$(BIN)/cmake --build $(cpp_build) $1; } >$(cpp_build)/log.txt 2>&1 || \
+		{ cat $(cpp_build)/log.txt; exit 1; }; }
 endef
+test_cpp = $(call build_cpp) && $(BIN)/ctest --test-dir $(cpp_build) --output-on-failure
 
 # --- setup ---
 

@@ -1,9 +1,9 @@
 """Environment steps per second of the compiled training loop, compared with Python's loop.
 
-Both train the same DQN with the fused backend on the exact engine, with network [100, 100, 100],
-minibatches of 64 and a target network, from a memory with 1,000 transitions on. They take turns in
-one process on one core, so that changes in machine speed affect both; the updates alone, from the
-same memory, take a turn too.
+Both train the same agent with the fused backend on the exact engine: DQN with minibatches of 64 and
+a target network, from a memory with 1,000 transitions on, and PQN with the settings of the preset
+`swift`. They take turns in one process on one core, so that changes in machine speed affect both;
+DQN's updates alone, from the same memory, take a turn too.
 """
 
 import argparse
@@ -11,13 +11,16 @@ import os
 import statistics
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from touchdown.agents.dqn import DQNAgent
 from touchdown.agents.learners.factory import make_learner
+from touchdown.agents.pqn import PQNAgent
 from touchdown.agents.registry import make_agent
+from touchdown.config import presets
 from touchdown.config.config import Config
 from touchdown.config.sections import (
     ExplorationConfig,
@@ -33,6 +36,7 @@ from touchdown.envs.pool import ExactEnvPool, make_pool
 from touchdown.lander._engine import simd
 from touchdown.runs.provenance import cpu_name
 from touchdown.training.compiled import CompiledLoop
+from touchdown.training.compiled_pqn import CompiledPQN
 from touchdown.training.loop import AgentStep, begin, interact
 
 
@@ -40,17 +44,36 @@ class Case(NamedTuple):
     """A row of the table."""
 
     num_envs: int
-    update_period: int
+    update_period: int = 0
     hidden_sizes: tuple[int, ...] = (100, 100, 100)
+    noisy: bool = False
+    pqn: bool = False
+
+    @property
+    def name(self) -> str:
+        """Its agent and network."""
+        agent = "PQN" if self.pqn else "noisy DQN" if self.noisy else "DQN"
+        return f"{agent}, {list(self.hidden_sizes)}"
 
 
-CASES = [Case(1, 1), Case(1, 4), Case(16, 4), Case(1, 4, (64, 64))]
+CASES = [
+    Case(1, 1),
+    Case(1, 4),
+    Case(16, 4),
+    Case(1, 4, (64, 64)),
+    Case(1, 4, (64, 64), noisy=True),
+    Case(16, hidden_sizes=(64, 64), pqn=True),
+    Case(64, hidden_sizes=(64, 64), pqn=True),
+]
 
 
 def config_of(case: Case) -> Config:
     """The settings of both loops."""
+    if case.pqn:
+        swift = presets.preset("swift")
+        return replace(swift, training=replace(swift.training, num_envs=case.num_envs))
     return Config(
-        network=NetworkConfig(hidden_sizes=case.hidden_sizes),
+        network=NetworkConfig(hidden_sizes=case.hidden_sizes, noisy=case.noisy),
         replay=ReplayConfig(capacity=100_000, min_size=1_000),
         exploration=ExplorationConfig(schedule="constant", epsilon_start=0.1),
         learning=LearningConfig(
@@ -67,7 +90,7 @@ class Side:
         generators = streams(config.seed)
         pool = make_pool(config.env_id, config.training.num_envs, "exact")
         agent = make_agent(config, pool.spaces, generators)
-        assert isinstance(agent, DQNAgent)  # noqa: S101 - as the config says
+        assert isinstance(agent, DQNAgent | PQNAgent)  # noqa: S101 - as the config says
         assert isinstance(pool, ExactEnvPool)  # noqa: S101
 
         def start_of(episode: int) -> int:
@@ -76,11 +99,14 @@ class Side:
         underway = begin(pool, start_of, config.training.num_envs)
         self.agent = agent
         self._steps: Iterator[AgentStep]
-        if compiled:
-            loop = CompiledLoop(agent, pool, generators, config)
-            self._steps = loop.interact(start_of, underway)
-        else:
+        if not compiled:
             self._steps = interact(agent, pool, start_of, underway)
+        elif isinstance(agent, PQNAgent):
+            pqn = CompiledPQN(agent, pool, generators, config)
+            self._steps = pqn.interact(start_of, underway)
+        else:
+            dqn = CompiledLoop(agent, pool, generators, config)
+            self._steps = dqn.interact(start_of, underway)
 
     def train(self, env_steps: int) -> float:
         """Seconds per environment step."""
@@ -109,6 +135,11 @@ class Updates:
         return (time.perf_counter() - began) / env_steps
 
 
+def updates_alone(config: Config, filled: Side) -> list[Updates]:
+    """DQN's updates; PQN has no memory to draw them from."""
+    return [Updates(config, filled.agent)] if isinstance(filled.agent, DQNAgent) else []
+
+
 def main() -> None:
     """Take turns and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -118,26 +149,25 @@ def main() -> None:
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     device.use("cpu")
     print(f"{cpu_name()}, one core, {simd()}; medians of {args.rounds} rounds\n")
-    print(
-        "| network | environments | update period | Python, steps/s | compiled, steps/s | ", end=""
-    )
+    print("| agent | environments | update period | Python, steps/s | compiled, steps/s | ", end="")
     print("speed-up, median (min-max) | updates alone, steps/s |")
     print("| --- | ---: | ---: | ---: | ---: | ---: | ---: |")
     for case in CASES:
         config = config_of(case)
         python, compiled = (Side(config, compiled=compiled) for compiled in (False, True))
-        sides = python, compiled, Updates(config, python.agent)
         for side in (python, compiled):
             side.train(2 * config.replay.min_size)  # past the warm-up of the replay memory
-        rounds = [[side.train(args.steps) for side in sides] for _ in range(args.rounds)]
-        slow, fast, updates = (
-            1 / statistics.median(seconds) for seconds in zip(*rounds, strict=True)
+        sides = python, compiled, *updates_alone(config, python)
+        steps = max(args.steps, case.num_envs * config.rollout.rollout_steps if case.pqn else 0)
+        rounds = [[side.train(steps) for side in sides] for _ in range(args.rounds)]
+        slow, fast, *updates = (
+            f"{1 / statistics.median(seconds):,.0f}" for seconds in zip(*rounds, strict=True)
         )
-        ratios = [a / b for a, b, _ in rounds]
+        ratios = [a / b for a, b, *_ in rounds]
         ratio = f"{statistics.median(ratios):.2f} ({min(ratios):.2f}-{max(ratios):.2f})"
         print(
-            f"| {list(case.hidden_sizes)} | {case.num_envs} | {case.update_period} | {slow:,.0f} "
-            f"| {fast:,.0f} | {ratio} | {updates:,.0f} |"
+            f"| {case.name} | {case.num_envs} | {case.update_period or '–'} | {slow} "
+            f"| {fast} | {ratio} | {updates[0] if updates else '–'} |"
         )
 
 

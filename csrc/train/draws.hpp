@@ -5,7 +5,12 @@
 // "Fast Random Integer Generation in an Interval", 2019.
 #pragma once
 
+#include <bit>
+#include <cstddef>
 #include <cstdint>
+#include <numeric>
+#include <span>
+#include <utility>
 
 namespace touchdown::train {
 
@@ -32,6 +37,18 @@ inline std::uint32_t draw_integer(const BitGenerator& rng, std::uint32_t count) 
     while (static_cast<std::uint32_t>(product) < threshold) product = draw();
   }
   return static_cast<std::uint32_t>(product >> 32);
+}
+
+// The numbers from 0 to below their count, in the order of `Generator.permutation(count)`; at most
+// 2³² of them. NumPy shuffles with the low bits of a draw, and repeats those that are too large.
+inline void draw_permutation(const BitGenerator& rng, std::span<std::int64_t> numbers) {
+  std::iota(numbers.begin(), numbers.end(), std::int64_t{0});
+  for (std::size_t last = numbers.size(); last-- > 1;) {
+    const auto mask = static_cast<std::uint32_t>(std::bit_ceil(last + 1) - 1);
+    std::uint32_t drawn = rng.next_uint32(rng.state) & mask;
+    while (drawn > last) drawn = rng.next_uint32(rng.state) & mask;
+    std::swap(numbers[last], numbers[drawn]);
+  }
 }
 
 }  // namespace touchdown::train

@@ -6,7 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "train/loop.hpp"
+#include "engine/lander.hpp"
+#include "train/environments.hpp"
 
 namespace touchdown::train {
 

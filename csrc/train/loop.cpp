@@ -6,83 +6,21 @@
 #include <stdexcept>
 #include <string>
 
-#include "engine/lander.hpp"
 #include "fused/kernel.hpp"
-#include "train/greedy.hpp"
 
 namespace touchdown::train {
 
 std::optional<fused::Metrics> Loop::advance(const Parts& parts, std::int64_t max_steps,
                                             Counts& counts) {
-  Learnt learnt;
-  if (counts.ended) {
-    counts.ended = false;
-    learnt = learn(parts, counts);
-  }
-  for (std::int64_t step = 0; step < max_steps && !learnt.metrics; ++step) {
-    act(parts, counts);
-    const Environments& environments = parts.environments;
-    for (std::size_t i = 0; i < environments.landers.size(); ++i) {
-      environments.throttles[i] =
-          engine::discrete_throttle(static_cast<int>(environments.actions[i]));
-    }
-    engine::step(environments.landers, environments.throttles, environments.tasks,
-                 environments.results, environments.workspaces, environments.workers);
-    if (record(parts, counts) > 0) {
-      counts.ended = true;
-      return std::nullopt;
-    }
-    learnt = learn(parts, counts);
-  }
-  // The Python loop computes them after every update; in between, they are computed when needed.
-  if (learnt.updated && !counts.knows_values) compute_values(parts, counts);
-  return learnt.metrics;
-}
-
-void Loop::act(const Parts& parts, Counts& counts) {
-  const std::size_t num_envs = parts.environments.landers.size();
-  const int num_actions = network_.num_actions;
-  std::int64_t* const actions = parts.environments.actions;
-  explores_.resize(num_envs);
-  for (char& explores : explores_) explores = draw_uniform(parts.exploration) < counts.epsilon;
-  if (std::find(explores_.begin(), explores_.end(), 0) != explores_.end()) {
-    if (!counts.knows_values) compute_values(parts, counts);
-    for (std::size_t i = 0; i < num_envs; ++i) {
-      actions[i] = greedy_action(parts.q + i * static_cast<std::size_t>(num_actions), num_actions);
-    }
-  }
-  for (std::size_t i = 0; i < num_envs; ++i) {
-    if (explores_[i] != 0) {
-      actions[i] = draw_integer(parts.exploration, static_cast<std::uint32_t>(num_actions));
-    }
-  }
-  counts.epsilon_used = counts.epsilon;
-}
-
-void Loop::compute_values(const Parts& parts, Counts& counts) {
-  const fused::NetworkKernel& kernel = fused::kernel();
-  kernel.values(network_, parts.learner.online, parts.episodes.observations,
-                static_cast<std::ptrdiff_t>(parts.environments.landers.size()),
-                block_.of_size(kernel.values_workspace(network_)), parts.q);
-  counts.knows_values = true;
-}
-
-std::int64_t Loop::record(const Parts& parts, Counts& counts) {
-  const Environments& environments = parts.environments;
-  std::int64_t num_ended = 0;
-  for (std::size_t i = 0; i < environments.landers.size(); ++i) {
-    const bool terminated = environments.results.terminated[i];
-    ++environments.steps[i];
-    const bool truncated = environments.steps[i] >= settings_.max_episode_steps;
-    store(parts, i, truncated, counts);
-    record_step(environments, parts.episodes, i);
-    if (terminated || truncated) ++num_ended;
-  }
-  counts.env_steps += static_cast<std::int64_t>(environments.landers.size());
-  counts.episodes += num_ended;
-  counts.epsilon = epsilon_after(settings_, counts.episodes, counts.env_steps);
-  counts.knows_values = false;
-  return num_ended;
+  const Acting acting{.environments = parts.environments,
+                      .episodes = parts.episodes,
+                      .params = parts.learner.online,
+                      .q = parts.q,
+                      .exploration = parts.exploration};
+  return interaction_.advance(
+      acting, max_steps, counts,
+      [&](std::size_t i, bool truncated) { store(parts, i, truncated, counts); },
+      [&] { return learn(parts, counts); });
 }
 
 void Loop::store(const Parts& parts, std::size_t i, bool truncated, Counts& counts) {
@@ -133,17 +71,17 @@ void Loop::prioritise_next(const Parts& parts, const Counts& counts) const {
   parts.priorities.set(counts.added % parts.memory.capacity, counts.priorities.max_priority);
 }
 
-Loop::Learnt Loop::learn(const Parts& parts, Counts& counts) {
+Learnt Loop::learn(const Parts& parts, Counts& counts) {
   const std::int64_t after = counts.env_steps;
   const std::int64_t before = after - static_cast<std::int64_t>(parts.environments.landers.size());
   const std::int64_t due = periods_crossed(before, after, settings_.update_period);
   Learnt learnt;
   if (due > 0 && parts.memory.size(counts.added) >= settings_.min_size) {
-    const std::int64_t updates_before = counts.updates;
+    learnt.updates_before = counts.updates;
     const fused::Metrics metrics = update(parts, due * settings_.gradient_steps, counts);
     learnt.updated = true;
     if (parts.average) average(parts);
-    if (periods_crossed(updates_before, counts.updates, settings_.metrics_period) > 0) {
+    if (periods_crossed(learnt.updates_before, counts.updates, settings_.metrics_period) > 0) {
       learnt.metrics = metrics;
     }
   }
@@ -178,6 +116,9 @@ fused::Metrics Loop::update(const Parts& parts, std::int64_t count, Counts& coun
                                .batch_size = batch_size,
                                .rates = rates_.data(),
                                .weights = settings_.prioritized ? weights_.data() : nullptr,
+                               .noise = {.seed = settings_.seed,
+                                         .purpose = kUpdates,
+                                         .number = static_cast<std::uint32_t>(counts.updates)},
                                .td_error = td_error_.data()};
   float* const workspace = block_.of_size(fused::updates_workspace(network_, batch_size));
   const fused::Metrics metrics =

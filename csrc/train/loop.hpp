@@ -12,53 +12,17 @@
 #include <utility>
 #include <vector>
 
-#include "engine/batch.hpp"
 #include "fused/block.hpp"
 #include "fused/learning.hpp"
 #include "fused/network.hpp"
 #include "train/draws.hpp"
+#include "train/environments.hpp"
+#include "train/interaction.hpp"
 #include "train/memory.hpp"
 #include "train/priorities.hpp"
 #include "train/settings.hpp"
 
 namespace touchdown::train {
-
-// What changes from call to call and is no array. Python's objects keep it between calls.
-struct Counts {
-  std::int64_t env_steps = 0;     // over all environments
-  std::int64_t episodes = 0;      // that have ended
-  std::int64_t updates = 0;       // of the agent
-  std::int64_t adam_updates = 0;  // of the optimiser
-  std::int64_t added = 0;         // transitions ever stored
-  double epsilon = 0.0;           // of the next actions
-  double epsilon_used = 0.0;      // of the latest actions
-  bool knows_values = false;      // whether `q` holds the action values of the current observations
-  // Whether an episode ended in the latest step: the caller resets its environment, and the updates
-  // that are due after the step follow in the next call.
-  bool ended = false;
-  PriorityCounts priorities;
-};
-
-// The environments and the results of their latest step.
-struct Environments {
-  std::span<engine::Lander> landers;
-  std::span<engine::Throttle> throttles;
-  std::span<const engine::Task> tasks;  // all kStep
-  std::span<engine::Workspace> workspaces;
-  engine::Workers& workers;
-  std::int64_t* actions;  // [N]
-  engine::Results results;
-  std::int64_t* steps;  // [N], since each episode's start
-};
-
-// The current episode of each environment, as touchdown.envs.episodes records it.
-struct Episodes {
-  float* observations;    // [N][D], the latest
-  double* returns;        // [N]
-  std::int64_t* steps;    // [N]
-  std::int32_t* actions;  // [N][room]
-  std::size_t room;
-};
 
 // The steps of each environment that are in no transition yet, as touchdown.replay.n_step keeps
 // them: the oldest first, fewer than n between two steps.
@@ -88,28 +52,20 @@ class Loop {
   // With a `mirror`, the image of each transition is stored too.
   Loop(const Settings& settings, const fused::Network& network,
        std::optional<Mirror> mirror = std::nullopt)
-      : settings_(settings), network_(network), mirror_(std::move(mirror)) {}
+      : settings_(settings),
+        network_(network),
+        mirror_(std::move(mirror)),
+        interaction_(settings, network) {}
 
   const Settings& settings() const { return settings_; }
   const fused::Network& network() const { return network_; }
 
-  // Learns from a step that ended an episode, if that is left to do, then takes at most `max_steps`
-  // steps of all environments. It stops after a step that ended an episode, and after a step whose
-  // updates completed a metrics period; then it returns the metrics of the last update.
+  // See `Interaction::advance`.
   //
   // Throws std::invalid_argument if a stored transition has an action that the network does not.
   std::optional<fused::Metrics> advance(const Parts& parts, std::int64_t max_steps, Counts& counts);
 
  private:
-  struct Learnt {
-    bool updated = false;
-    std::optional<fused::Metrics> metrics;  // if a metrics period was completed
-  };
-
-  void act(const Parts& parts, Counts& counts);
-  void compute_values(const Parts& parts, Counts& counts);
-  // Records the step of all environments; returns how many episodes ended in it.
-  std::int64_t record(const Parts& parts, Counts& counts);
   // Stores the transitions that the latest step of environment `i` completes.
   void store(const Parts& parts, std::size_t i, bool truncated, Counts& counts);
   // What follows a step: the updates and the copy of the target network that are due after it.
@@ -125,7 +81,7 @@ class Loop {
   Settings settings_;
   fused::Network network_;
   std::optional<Mirror> mirror_;
-  std::vector<char> explores_;       // [N]
+  Interaction interaction_;
   std::vector<std::int64_t> order_;  // [K·B]
   std::vector<float> rates_;         // [K]
   std::vector<float> td_error_;      // [K·B]

@@ -10,7 +10,7 @@
 
 #include "fused/block.hpp"
 #include "fused/network.hpp"
-#include "train/loop.hpp"
+#include "train/environments.hpp"
 
 namespace touchdown::train {
 

@@ -15,6 +15,17 @@ namespace touchdown::train {
 
 enum class Schedule { kConstant, kLinear, kExponential };
 
+// What samples of noisy weights are for, as in touchdown.agents.learners.purposes.
+inline constexpr std::uint32_t kUpdates = 1'000'001, kNextValues = 1'000'002, kActing = 1'000'003;
+
+// The settings of PQN alone, with the names of touchdown.config.sections.
+struct RolloutSettings {
+  std::int64_t rollout_steps = 1;  // T
+  std::int64_t epochs = 1;
+  std::int64_t minibatches = 1;  // in an epoch
+  double trace_decay = 0.0;      // λ
+};
+
 // The names are those of touchdown.config.sections.
 struct Settings {
   Schedule schedule = Schedule::kConstant;
@@ -37,9 +48,11 @@ struct Settings {
   double averaging = 0.0;           // the rate of the average of the weights; 0: there is none
   std::int64_t metrics_period = 1;  // updates
   std::int64_t max_episode_steps = 1;
+  std::uint32_t seed = 0;  // of the run; of noisy weights
   bool prioritized = false;
   PrioritySettings priorities;
   fused::Rule rule;
+  RolloutSettings rollout;
 };
 
 // How many multiples of `period` a count passes from `before` to `after`.

@@ -141,7 +141,7 @@ def test_an_agent_restored_in_mid_rollout_goes_on_as_if_nothing_had_happened(ste
         rng_of(resumed).bit_generator.state = rng_of(agent).bit_generator.state
     assert feed(agent, rows[steps:]) == feed(resumed, rows[steps:])
     assert_array_equal(online(agent), online(resumed))
-    assert (agent.epsilon, agent._num_filled) == (resumed.epsilon, resumed._num_filled)
+    assert (agent.epsilon, agent.num_filled) == (resumed.epsilon, resumed.num_filled)
 
 
 def test_a_checkpoint_with_a_rollout_that_is_complete_is_refused():

@@ -31,7 +31,7 @@ def build(folder: Path, pages: dict[str, str]) -> subprocess.CompletedProcess[st
         "strict": False,  # links to pages that are left out
         "plugins": [],
         "nav": list(pages),
-        "hooks": [str(ROOT / "docs" / "hooks" / name) for name in ("equations.py", "source.py")],
+        "hooks": [str(path) for path in sorted((ROOT / "docs" / "hooks").glob("*.py"))],
     }
     (folder / "mkdocs.yml").write_text(yaml.safe_dump(settings), "utf-8")
     command = [sys.executable, "-m", "mkdocs", "build", "-q", "-f", str(folder / "mkdocs.yml")]

@@ -87,6 +87,18 @@ def test_the_home_page_shows_a_landing_the_commands_and_three_doors(tab: Tab, si
     assert doors == ["Learn", "Compare", "Use"]
 
 
+def test_the_home_page_lets_a_visitor_fly_without_leaving_it(tab: Tab, site: Path):
+    tab.set_viewport_size({"width": 1280, "height": 900})
+    tab.goto((site / "index.html").as_uri())
+    tab.locator("iframe.playground").scroll_into_view_if_needed()  # it loads when it is in sight
+    inside = tab.frame_locator("iframe.playground")
+    inside.get_by_role("button", name="Fly", exact=True).click()
+    tab.keyboard.press("ArrowUp")
+    assert inside.locator("p[role=status]").inner_text() == "You are flying."
+    alone = tab.get_by_role("link", name="Open the playground in a window of its own")
+    assert alone.evaluate("each => each.href") == (site / "play.html").as_uri()
+
+
 @pytest.mark.slow
 def test_no_page_of_the_whole_site_is_cut_off(tab: Tab, tmp_path: Path):
     pages = {str(page.relative_to(DOCS)): page.read_text("utf-8") for page in DOCS.rglob("*.md")}

@@ -10,6 +10,7 @@ from playwright.sync_api import Browser
 from playwright.sync_api import Page as Tab
 
 from chromium import chromium
+from contrast import contrast
 from touchdown.report.page import write_page
 
 SIZES = {"desktop": (1280, 900), "phone": (375, 760)}
@@ -92,7 +93,7 @@ def test_a_figures_ink_is_readable_on_its_card_in_the_dark(opened: Open):
     }"""
     with opened(color_scheme="dark") as tab:
         ink, card = tab.evaluate(look)
-    assert _contrast(ink, card) > 7
+    assert contrast(ink, card) > 7
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -107,7 +108,7 @@ def test_words_stand_out_from_what_is_behind_them(opened: Open, scheme: str):
     })"""
     with opened(color_scheme=scheme) as tab:
         found = tab.evaluate(look)
-    assert [each for each in found if _contrast(*each[1:]) < 4.5] == []  # WCAG 2.2, 1.4.3
+    assert [each for each in found if contrast(*each[1:]) < 4.5] == []  # WCAG 2.2, 1.4.3
 
 
 @pytest.mark.parametrize(("motion", "first"), [("no-preference", "moving"), ("reduce", "still")])
@@ -162,15 +163,3 @@ def test_a_heading_that_a_link_leads_to_is_in_sight_below_the_strip(opened: Open
         strip = tab.locator("nav").bounding_box()
         heading = tab.locator("#topic-2 h2").bounding_box()
         assert strip["y"] + strip["height"] < heading["y"] < 300
-
-
-def _contrast(one: str, other: str) -> float:
-    """Of two opaque colours `rgb(r, g, b)`, as WCAG 2.2 defines it."""
-    brighter, darker = sorted((_luminance(one), _luminance(other)), reverse=True)
-    return (brighter + 0.05) / (darker + 0.05)
-
-
-def _luminance(colour: str) -> float:
-    parts = [int(part) / 255 for part in colour.removeprefix("rgb(").rstrip(")").split(",")]
-    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
-    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]

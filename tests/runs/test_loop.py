@@ -20,7 +20,9 @@ def with_(section: str, **values: Any) -> Config:
     return replace(FUSED, **{section: replace(getattr(FUSED, section), **values)})
 
 
-def test_dqn_with_fused_updates_on_the_exact_engine_is_compiled():
+def test_dqn_and_pqn_with_fused_updates_on_the_exact_engine_are_compiled():
+    assert why_python(presets.preset("swift")) is None
+    assert why_python(with_("network", noisy=True)) is None
     assert why_python(FUSED) is None
     assert why_python(with_("learning", backend="auto")) is None
     settings = {"double": True, "polyak": 0.1, "loss": "huber", "n_step": 3}
@@ -33,12 +35,12 @@ def test_dqn_with_fused_updates_on_the_exact_engine_is_compiled():
 @pytest.mark.parametrize(
     ("config", "reason"),
     [
-        (presets.preset("swift"), "algorithm = 'pqn'"),
+        (Config(algorithm="tabular"), "algorithm = 'tabular'"),
+        (Config(algorithm="pqn"), "backend = 'jax'"),
         (Config(), "backend = 'jax'"),
         (with_("learning", backend="auto", optimizer="sgd"), "backend = 'jax'"),
         (replace(FUSED, env_id="CartPole-v1"), "env_id = 'CartPole-v1'"),
         (with_("learning", target="sarsa"), "target = 'sarsa'"),
-        (with_("network", noisy=True), "noisy = True"),
     ],
 )
 def test_what_the_compiled_loop_does_not_support_is_the_reason(config, reason):

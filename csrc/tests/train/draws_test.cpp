@@ -1,6 +1,7 @@
 // The numbers are NumPy's: numpy.random.default_rng(seed).
 #include "train/draws.hpp"
 
+#include <array>
 #include <cstdint>
 
 #include "tests/check.hpp"
@@ -25,6 +26,13 @@ TEST("a range of one number draws nothing") {
   engine::Pcg64 rng = seeded(0);
   CHECK_EQUAL(draw_integer(bit_generator(rng), 1), 0u);
   CHECK_EQUAL(rng.next64(), seeded(0).next64());
+}
+
+TEST("permutations are NumPy's") {
+  engine::Pcg64 rng = seeded(0);
+  std::array<std::int64_t, 5> numbers{};
+  draw_permutation(bit_generator(rng), numbers);
+  CHECK(numbers == (std::array<std::int64_t, 5>{2, 4, 3, 0, 1}));
 }
 
 }  // namespace

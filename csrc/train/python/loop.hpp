@@ -43,6 +43,9 @@ inline Settings checked(const Settings& settings) {
   need_least(settings.metrics_period, 1, "metrics_period");
   need_least(settings.max_episode_steps, 1, "max_episode_steps");
   need_least(settings.priorities.beta_duration, 1, "beta_duration");
+  need_least(settings.rollout.rollout_steps, 1, "rollout_steps");
+  need_least(settings.rollout.epochs, 1, "epochs");
+  need_least(settings.rollout.minibatches, 1, "minibatches");
   return settings;
 }
 
@@ -94,6 +97,33 @@ struct LearnerArrays {
   std::optional<Vector<float>> average;
 };
 
+inline void check_counts(const Counts& counts) {
+  need_least(counts.env_steps, 0, "env_steps");
+  need_least(counts.episodes, 0, "episodes");
+  need_least(counts.updates, 0, "updates");
+  need_least(counts.adam_updates, 0, "adam_updates");
+  need_least(counts.added, 0, "added");
+}
+
+inline void check_learner(const LearnerArrays& learner, const fused::Network& network) {
+  const auto size = static_cast<std::size_t>(network.num_params);
+  need(learner.online.shape(0), size, "online");
+  if (learner.target) need(learner.target->shape(0), size, "target");
+  need(learner.mu.shape(0), size, "mu");
+  need(learner.nu.shape(0), size, "nu");
+  if (learner.average) need(learner.average->shape(0), size, "average");
+}
+
+inline void check_values(const engine::Batch& batch, const Matrix<float>& q) {
+  need_rows(batch, q.shape(0), "q");
+  need(q.shape(1), static_cast<std::size_t>(engine::kNumActions), "a row of q");
+}
+
+inline std::optional<MetricsTuple> as_tuple(const std::optional<fused::Metrics>& metrics) {
+  if (!metrics) return std::nullopt;
+  return MetricsTuple{metrics->loss, metrics->mean_q, metrics->max_q, metrics->gradient_norm};
+}
+
 // The Python class `Loop`. While one thread steps a batch, others are refused.
 class PythonLoop {
  public:
@@ -104,7 +134,6 @@ class PythonLoop {
         exploration_(generator_of(exploration)),
         replay_(generator_of(replay)),
         loop_(checked(settings), of_landers(network), checked(mirror)) {
-    if (network.noisy) refuse("a noisy network: must have no noise");
     need_discrete(batch);
   }
   PythonLoop(const PythonLoop&) = delete;
@@ -119,14 +148,13 @@ class PythonLoop {
     const engine::Stepping stepping(batch_);
     need_least(max_steps, 0, "max_steps");
     set_tasks(batch_, std::nullopt);
-    check(counts);
+    check_counts(counts);
     check_pool(batch_, pool);
     check_episodes(batch_, episodes, pool, loop_.settings().max_episode_steps,
                    batch_.landers.size());
     check(windows);
     check(learner);
-    need_rows(batch_, q.shape(0), "q");
-    need(q.shape(1), static_cast<std::size_t>(engine::kNumActions), "a row of q");
+    check_values(batch_, q);
     need(records.shape(1), fused::transition_fields(engine::kObservationSize).size, "a transition");
     if (records.shape(0) < 1 || records.shape(0) > kMostRecords) {
       refuse("records has " + std::to_string(records.shape(0)) + " rows, must have from 1 to " +
@@ -157,21 +185,11 @@ class PythonLoop {
                       .exploration = exploration_,
                       .replay = replay_};
     const nb::gil_scoped_release released;
-    const auto metrics = loop_.advance(parts, max_steps, counts);
-    if (!metrics) return std::nullopt;
-    return MetricsTuple{metrics->loss, metrics->mean_q, metrics->max_q, metrics->gradient_norm};
+    return as_tuple(loop_.advance(parts, max_steps, counts));
   }
 
  private:
   static constexpr std::size_t kMostRecords = 0xffffffff;  // drawn from in 32 bits
-
-  void check(const Counts& counts) const {
-    need_least(counts.env_steps, 0, "env_steps");
-    need_least(counts.episodes, 0, "episodes");
-    need_least(counts.updates, 0, "updates");
-    need_least(counts.adam_updates, 0, "adam_updates");
-    need_least(counts.added, 0, "added");
-  }
 
   void check(const WindowArrays& windows) const {
     need_rows(batch_, windows.o_tm1.shape(0), "o_tm1 of the windows");
@@ -199,12 +217,7 @@ class PythonLoop {
   }
 
   void check(const LearnerArrays& learner) const {
-    const auto size = static_cast<std::size_t>(loop_.network().num_params);
-    need(learner.online.shape(0), size, "online");
-    if (learner.target) need(learner.target->shape(0), size, "target");
-    need(learner.mu.shape(0), size, "mu");
-    need(learner.nu.shape(0), size, "nu");
-    if (learner.average) need(learner.average->shape(0), size, "average");
+    check_learner(learner, loop_.network());
     const Settings& settings = loop_.settings();
     const bool needs_target =
         settings.rule.double_q || settings.rule.polyak > 0.0f || settings.target_period > 0;

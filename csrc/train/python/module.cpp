@@ -13,6 +13,7 @@
 
 #include "train/draws.hpp"
 #include "train/python/loop.hpp"
+#include "train/python/pqn_loop.hpp"
 #include "train/python/rollout.hpp"
 
 namespace touchdown::train {
@@ -77,10 +78,14 @@ void bind_settings(nb::module_& m) {
       .def_rw("averaging", &Settings::averaging)
       .def_rw("metrics_period", &Settings::metrics_period)
       .def_rw("max_episode_steps", &Settings::max_episode_steps);
-  settings.def_rw("prioritized", &Settings::prioritized);
+  settings.def_rw("prioritized", &Settings::prioritized).def_rw("seed", &Settings::seed);
   def_part<&Settings::priorities, &PrioritySettings::alpha>(settings, "alpha");
   def_part<&Settings::priorities, &PrioritySettings::beta>(settings, "beta");
   def_part<&Settings::priorities, &PrioritySettings::beta_duration>(settings, "beta_duration");
+  def_part<&Settings::rollout, &RolloutSettings::rollout_steps>(settings, "rollout_steps");
+  def_part<&Settings::rollout, &RolloutSettings::epochs>(settings, "epochs");
+  def_part<&Settings::rollout, &RolloutSettings::minibatches>(settings, "minibatches");
+  def_part<&Settings::rollout, &RolloutSettings::trace_decay>(settings, "trace_decay");
   def_part<&Settings::rule, &fused::Rule::huber>(settings, "huber");
   def_part<&Settings::rule, &fused::Rule::double_q>(settings, "double");
   def_part<&Settings::rule, &fused::Rule::reward_scale>(settings, "reward_scale");
@@ -96,6 +101,7 @@ void bind_counts(nb::module_& m) {
       .def_rw("updates", &Counts::updates)
       .def_rw("adam_updates", &Counts::adam_updates)
       .def_rw("added", &Counts::added)
+      .def_rw("filled", &Counts::filled)
       .def_rw("epsilon", &Counts::epsilon)
       .def_rw("epsilon_used", &Counts::epsilon_used)
       .def_rw("knows_values", &Counts::knows_values)
@@ -119,6 +125,12 @@ void bind_arrays(nb::module_& m) {
                     Matrix<double>, Vector<std::int64_t>>(),
            "o_tm1"_a.noconvert(), "a_tm1"_a.noconvert(), "r_t"_a.noconvert(),
            "lengths"_a.noconvert());
+  nb::class_<RolloutArrays>(m, "RolloutArrays")
+      .def(nb::init<Array<float, nb::shape<-1, -1, engine::kObservationSize>>, Matrix<std::int32_t>,
+                    Matrix<float>, Array<float, nb::shape<-1, -1, engine::kObservationSize>>,
+                    Matrix<float>, Matrix<float>>(),
+           "o_tm1"_a.noconvert(), "a_tm1"_a.noconvert(), "r_t"_a.noconvert(), "o_t"_a.noconvert(),
+           "terminated"_a.noconvert(), "truncated"_a.noconvert());
   nb::class_<LearnerArrays>(m, "LearnerArrays")
       .def(nb::init<Vector<float>, std::optional<Vector<float>>, Vector<float>, Vector<float>,
                     std::optional<Vector<float>>>(),
@@ -144,6 +156,13 @@ NB_MODULE(_train, m) {
       .def("advance", &PythonLoop::advance, "max_steps"_a, "counts"_a, "pool"_a, "episodes"_a,
            "windows"_a, "records"_a.noconvert(), "priorities"_a.noconvert().none(), "learner"_a,
            "q"_a.noconvert());
+  nb::class_<PythonPqnLoop>(m, "PqnLoop")
+      .def(nb::init<engine::Batch&, const nb::object&, const nb::object&, const Settings&,
+                    const fused::Network&>(),
+           "batch"_a, "exploration"_a, "replay"_a, "settings"_a, "network"_a,
+           nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(), nb::keep_alive<1, 4>())
+      .def("advance", &PythonPqnLoop::advance, "max_steps"_a, "counts"_a, "pool"_a, "episodes"_a,
+           "rollout"_a, "learner"_a, "q"_a.noconvert());
   nb::class_<PythonRollout>(m, "Rollout")
       .def(nb::init<engine::Batch&, const fused::Network&, std::int64_t>(), "batch"_a, "network"_a,
            "max_episode_steps"_a, nb::keep_alive<1, 2>())
@@ -154,6 +173,12 @@ NB_MODULE(_train, m) {
       [](const nb::object& bit_generator, const Vector<double>& out) {
         const BitGenerator rng = generator_of(bit_generator);
         for (std::size_t i = 0; i < out.shape(0); ++i) out(i) = draw_uniform(rng);
+      },
+      "bit_generator"_a, "out"_a.noconvert());
+  m.def(
+      "permutation",
+      [](const nb::object& bit_generator, const Vector<std::int64_t>& out) {
+        draw_permutation(generator_of(bit_generator), {out.data(), out.shape(0)});
       },
       "bit_generator"_a, "out"_a.noconvert());
   m.def(

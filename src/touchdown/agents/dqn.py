@@ -140,7 +140,7 @@ class DQNAgent(LearnerAgent):
         """An update's metrics and the memory's shares by name, for the records."""
         shares = self.replay.shares()
         return {
-            **metrics.to_floats(self._config.learning.reward_scale),
+            **super().measured(metrics),
             "rewarded_share": shares.rewarded,
             "terminal_share": shares.terminal,
         }

@@ -3,7 +3,7 @@
 import numpy as np
 
 from touchdown.agents.actor import ActingAgent, Actor
-from touchdown.agents.learners.learner import Learner
+from touchdown.agents.learners.learner import Learner, Metrics
 from touchdown.config.config import Config
 from touchdown.core.seeding import Streams
 from touchdown.core.types import FloatArray, Policy, Spaces, Tensors
@@ -33,6 +33,10 @@ class LearnerAgent(ActingAgent):
         """Copies of flat parameters [P] by name."""
         layers = self.learner.model.layers(params)
         return {name: np.array(value) for name, value in layers.items()}
+
+    def measured(self, metrics: Metrics) -> dict[str, float]:
+        """An update's metrics by name, for the records. Q is in units of the unscaled reward."""
+        return metrics.to_floats(self._config.learning.reward_scale)
 
     def policy(self, weights: Tensors) -> Policy:
         """The greedy policy of these parameters.

@@ -5,10 +5,9 @@ minibatches, and layer normalisation, which stabilises bootstrapping in place of
 """
 
 from collections.abc import Mapping
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from touchdown.agents.learner_agent import LearnerAgent
 from touchdown.agents.learners.learner import Learner
@@ -34,12 +33,17 @@ class PQNAgent(LearnerAgent):
         super().__init__(config, spaces, streams, learner)
         shape = config.rollout.rollout_steps, config.training.num_envs
         wide = *shape, spaces.observation_size
-        self._rollout: dict[str, NDArray[Any]] = {
-            name: np.zeros(wide if name in ("o_tm1", "o_t") else shape, np.float32)
-            for name in Rollout._fields
-        }
-        self._rollout["a_tm1"] = np.zeros(shape, np.int32)
-        self._num_filled = 0  # steps of the rollout so far
+        self.rollout = Rollout(
+            o_tm1=np.zeros(wide, np.float32),
+            a_tm1=np.zeros(shape, np.int32),
+            r_t=np.zeros(shape, np.float32),
+            o_t=np.zeros(wide, np.float32),
+            terminated=np.zeros(shape, np.float32),
+            truncated=np.zeros(shape, np.float32),
+        )
+        """The current rollout, in arrays of NumPy."""
+        self.num_filled = 0
+        """Its steps so far."""
 
     def act(self, observations: FloatArray) -> IntArray:
         """ε-greedy actions: [N, D] to [N]."""
@@ -61,38 +65,39 @@ class PQNAgent(LearnerAgent):
         """
         truncated = steps.truncated & ~steps.terminated
         step = (o_tm1, a_tm1, steps.rewards, steps.observations, steps.terminated, truncated)
-        for stored, value in zip(self._rollout.values(), step, strict=True):
-            stored[self._num_filled] = value
-        self._num_filled += 1
+        for stored, value in zip(self.rollout, step, strict=True):
+            stored[self.num_filled] = value
+        self.num_filled += 1
         self._actor.next_q = None
         self._actor.observed(steps)
-        if self._num_filled < self._config.rollout.rollout_steps:
+        if self.num_filled < self._config.rollout.rollout_steps:
             return None
-        self._num_filled = 0
+        self.num_filled = 0
         return self._learn(next_observations)
 
     def _learn(self, next_observations: FloatArray) -> dict[str, float] | None:
         config = self._config.rollout
-        size = self._rollout["r_t"].size
+        size = self.rollout.r_t.size
         orders = [
             self._rng.permutation(size)[: size - size % config.minibatches]
             for _ in range(config.epochs)
         ]
         order = np.concatenate(orders).reshape(config.epochs * config.minibatches, -1)
-        rollout = Rollout(**cast(Any, self._rollout))
-        metrics, self._actor.next_q = self.learner.fit_rollout(rollout, order, next_observations)
+        metrics, self._actor.next_q = self.learner.fit_rollout(
+            self.rollout, order, next_observations
+        )
         before = self._actor.updates
         self._actor.updates += len(order)
         if not self._actor.metrics_due(before):
             return None
-        return metrics.to_floats(self._config.learning.reward_scale)
+        return self.measured(metrics)
 
     def state(self) -> dict[str, Any]:
         """The learner's state, the unfinished rollout, and the actor's."""
         return {
             "learner": self.learner.tensors(),
-            "rollout": self._rollout,
-            "filled": self._num_filled,
+            "rollout": self.rollout._asdict(),
+            "filled": self.num_filled,
             **self._actor.state(),
         }
 
@@ -106,10 +111,10 @@ class PQNAgent(LearnerAgent):
         """
         records.check(state["filled"], Count, "agent.filled")
         self.learner.restore(state["learner"])
-        for name, part in self._rollout.items():
+        for name, part in self.rollout._asdict().items():
             part[:] = state["rollout"][name]
         steps = self._config.rollout.rollout_steps
         if state["filled"] >= steps:  # the agent would have learned from a complete rollout
             raise ValueError(f"agent.filled = {state['filled']}: must be less than {steps} steps")
         self._actor.restore(state)
-        self._num_filled = int(state["filled"])
+        self.num_filled = int(state["filled"])

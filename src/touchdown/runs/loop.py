@@ -30,12 +30,10 @@ def why_python(config: Config) -> str | None:
 
 def _unsupported(config: Config) -> str | None:
     """A setting that only Python's loop supports."""
-    if config.algorithm != "dqn":
+    if config.algorithm not in ("dqn", "pqn"):
         return f"algorithm = {config.algorithm!r}"
     if (backend := backend_of(config)) != "fused":
         return f"backend = {backend!r}"
     if config.learning.target != "q-learning":
         return f"target = {config.learning.target!r}"
-    if config.network.noisy:
-        return "noisy = True"
     return None if is_lander(config.env_id) else f"env_id = {config.env_id!r}"

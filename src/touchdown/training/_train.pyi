@@ -39,6 +39,12 @@ class Settings:
     target_period: int
     metrics_period: int
     max_episode_steps: int
+    seed: int
+    """Of the run; of noisy weights."""
+    rollout_steps: int
+    epochs: int
+    minibatches: int
+    trace_decay: float
 
     def __init__(self) -> None: ...
 
@@ -55,6 +61,8 @@ class Counts:
     """Of the optimiser."""
     added: int
     """Transitions ever stored."""
+    filled: int
+    """Steps of the rollout that are stored."""
     epsilon: float
     """Of the next actions."""
     epsilon_used: float
@@ -96,6 +104,17 @@ class WindowArrays:
         a_tm1: Int32[np.ndarray, "N n"],
         r_t: Float64[np.ndarray, "N n"],
         lengths: Int64[np.ndarray, " N"],
+    ) -> None: ...
+
+class RolloutArrays:
+    def __init__(
+        self,
+        o_tm1: Float32[np.ndarray, "T N 8"],
+        a_tm1: Int32[np.ndarray, "T N"],
+        r_t: Float32[np.ndarray, "T N"],
+        o_t: Float32[np.ndarray, "T N 8"],
+        terminated: Float32[np.ndarray, "T N"],
+        truncated: Float32[np.ndarray, "T N"],
     ) -> None: ...
 
 class LearnerArrays:
@@ -140,6 +159,29 @@ class Loop:
         update.
         """
 
+class PqnLoop:
+    """Acts, steps landers, and learns from each rollout."""
+
+    def __init__(
+        self,
+        batch: Batch,
+        exploration: BitGenerator,
+        replay: BitGenerator,
+        settings: Settings,
+        network: Network,
+    ) -> None: ...
+    def advance(
+        self,
+        max_steps: int,
+        counts: Counts,
+        pool: PoolArrays,
+        episodes: EpisodeArrays,
+        rollout: RolloutArrays,
+        learner: LearnerArrays,
+        q: Float32[np.ndarray, "N A"],
+    ) -> tuple[float, float, float, float] | None:
+        """Take at most `max_steps` steps of all environments, in place; see `Loop.advance`."""
+
 class Rollout:
     """Acts greedily and steps landers."""
 
@@ -165,6 +207,9 @@ class Rollout:
 
 def random(bit_generator: BitGenerator, out: Float64[np.ndarray, " N"]) -> None:
     """Write what `Generator.random(N)` draws."""
+
+def permutation(bit_generator: BitGenerator, out: Int64[np.ndarray, " N"]) -> None:
+    """Write what `Generator.permutation(N)` draws."""
 
 def integers(bit_generator: BitGenerator, high: int, out: Int64[np.ndarray, " N"]) -> None:
     """Write what `Generator.integers(0, high, N)` draws."""

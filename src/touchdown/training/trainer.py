@@ -9,6 +9,7 @@ import numpy as np
 
 from touchdown.agents.agent import Agent
 from touchdown.agents.dqn import DQNAgent
+from touchdown.agents.pqn import PQNAgent
 from touchdown.agents.registry import make_agent
 from touchdown.core import records, temporaries
 from touchdown.core.errors import Interrupted
@@ -27,6 +28,7 @@ from touchdown.runs.rows import ValidationRow
 from touchdown.runs.training_flights import TrainingFlightRow
 from touchdown.training import checkpoint
 from touchdown.training.compiled import CompiledLoop
+from touchdown.training.compiled_pqn import CompiledPQN
 from touchdown.training.history import History
 from touchdown.training.loggers import Recorder
 from touchdown.training.loop import STEPS_BETWEEN_LOOKS, AgentStep, begin, interact
@@ -202,9 +204,12 @@ class Trainer:
         """The steps of training, endless, from the compiled loop or from Python's."""
         if not self._compiled:
             return interact(self._agent, self._pool, self._start_of, underway)
-        agent, pool = cast(DQNAgent, self._agent), cast(ExactEnvPool, self._pool)
-        loop = CompiledLoop(agent, pool, self._streams, self._config)
-        return loop.interact(self._start_of, underway)
+        pool, config = cast(ExactEnvPool, self._pool), self._config
+        if isinstance(self._agent, PQNAgent):
+            pqn = CompiledPQN(self._agent, pool, self._streams, config)
+            return pqn.interact(self._start_of, underway)
+        dqn = CompiledLoop(cast(DQNAgent, self._agent), pool, self._streams, config)
+        return dqn.interact(self._start_of, underway)
 
     def _record_update(self, metrics: Mapping[str, float]) -> None:
         self._history.update(

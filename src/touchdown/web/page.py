@@ -1,6 +1,7 @@
 """A page from a template, its modules and its data: one file, or one that a server completes."""
 
 import json
+import re
 from base64 import b64encode
 from collections.abc import Mapping
 from importlib.resources import files as package_files
@@ -11,6 +12,7 @@ from markupsafe import Markup
 
 _STATIC = package_files("touchdown.web") / "static"
 _SCRIPT = "text/javascript"
+_NAMED = re.compile(r'"touchdown/([\w-]+\.js)"')
 
 
 def module_names() -> list[str]:
@@ -47,7 +49,7 @@ def render(
         data: what the page knows from the start, as JSON.
         binaries: files that the page needs, such as weights, by name.
         modules_at: relative URL of the folder with the modules, such as `./static/`. None puts
-            them into the page, which then needs no other file and opens from disk.
+            those that the template needs into the page, which then opens from disk.
         script: library that the template puts into the page.
 
     Raises:
@@ -68,10 +70,11 @@ def render(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    imports = {
-        f"touchdown/{name}": f"{modules_at}{name}" if modules_at else _data_url(name)
-        for name in module_names()
-    }
+    if modules_at:
+        imports = {f"touchdown/{name}": f"{modules_at}{name}" for name in module_names()}
+    else:
+        text, *_ = PackageLoader("touchdown.web", "templates").get_source(environment, template)
+        imports = {f"touchdown/{name}": _data_url(name) for name in sorted(_needed_by(text))}
     encoded = {name: b64encode(content).decode() for name, content in binaries.items()}
     return environment.get_template(template).render(
         title=title,
@@ -80,6 +83,17 @@ def render(
         binaries=_json(encoded),
         script=Markup(script),  # noqa: S704 - ends no element
     )
+
+
+def _needed_by(text: str) -> set[str]:
+    """The modules that a script names, those that these name, and so on."""
+    needed = set[str]()
+    named = set(_NAMED.findall(text))
+    while named - needed:
+        name = (named - needed).pop()
+        needed.add(name)
+        named |= set(_NAMED.findall(static_file(name).decode()))
+    return needed
 
 
 def _data_url(module: str) -> str:

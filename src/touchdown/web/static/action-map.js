@@ -51,9 +51,8 @@ export class ActionMap {
     canvas.height = Math.round((canvas.width * ROWS) / COLUMNS);
   }
 
-  /** @param {string} name of one of MAPS */
-  choose(name) {
-    this.axes = MAPS[name] ?? this.axes;
+  /** Begins a map of another policy or of other axes. */
+  restart() {
     this.next = 0;
     this.around = null;
     this.complete = null;

@@ -34,7 +34,7 @@ export class Controls {
 
   /** Reads gamepads, which send no events. */
   poll() {
-    for (const pad of navigator.getGamepads?.() ?? []) {
+    for (const pad of gamepads()) {
       if (!pad) continue;
       const [across = 0, down = 0] = pad.axes;
       /** @param {number[]} numbers */
@@ -56,7 +56,7 @@ export class Controls {
   keyDown(event) {
     const action = KEYS[event.code];
     if (action === undefined || event.ctrlKey || event.metaKey || event.altKey) return;
-    if (usesKeys(event.target)) return;
+    if (needsKey(event.target, event.code)) return;
     event.preventDefault(); // arrows would scroll the page
     this.press(event.code, action);
   }
@@ -91,10 +91,23 @@ export class Controls {
   }
 }
 
+/** @returns {(Gamepad | null)[]} */
+function gamepads() {
+  try {
+    return navigator.getGamepads?.() ?? [];
+  } catch {
+    return []; // a page may forbid it to a frame in it
+  }
+}
+
 /**
- * Whether an element uses arrows and the space bar itself.
+ * Whether an element that has the focus needs a key itself.
  * @param {EventTarget | null} target
+ * @param {string} code of the key
  */
-export function usesKeys(target) {
-  return target instanceof HTMLElement && target.matches("input, select, textarea");
+export function needsKey(target, code) {
+  if (!(target instanceof HTMLElement)) return false;
+  if (target.matches("select, textarea, input:is([type=number], [type=text])")) return true;
+  if (code === "Space") return target.matches("button, a, summary, input:not([type=range])");
+  return code.startsWith("Arrow") && target.matches("input:is([type=range], [type=radio])");
 }

@@ -28,8 +28,8 @@ export { Lander, NetworkPolicy };
  *   activation: number, layerNorm: number, dueling: number, quantiles: number, atoms: number,
  *   vMin: number, vMax: number) => number} network_new
  * @property {(network: number) => void} network_free
- * @property {(network: number) => number} network_size
  * @property {(network: number) => number} network_params
+ * @property {(network: number) => void} network_load
  * @property {(network: number) => number} network_observation
  * @property {(network: number) => number} network_values
  * @property {(network: number, layer: number) => number} network_features

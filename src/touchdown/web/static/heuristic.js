@@ -1,4 +1,5 @@
 /** @import { Policy } from "touchdown/policy.js" */
+import { named } from "touchdown/observation.js";
 
 const { fround } = Math;
 
@@ -17,12 +18,12 @@ export class HeuristicPolicy {
    * @returns {number} The action.
    */
   act(observation) {
-    const [x, y, vx, vy, angle, angularVelocity, left, right] = observation;
+    const { x, y, vx, vy, angle, angularVelocity, left, right } = named(observation);
     const limit = fround(0.4);
     const threshold = fround(0.05);
     let turn = 0;
     let rise = fround(-vy * 0.5);
-    if (left === 0 && right === 0) {
+    if (!left && !right) {
       const wanted = Math.min(limit, Math.max(-limit, fround(fround(x * 0.5) + vx)));
       const height = fround(fround(0.55) * Math.abs(x));
       turn = fround(fround(fround(wanted - angle) * 0.5) - angularVelocity);

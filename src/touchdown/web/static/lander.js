@@ -121,7 +121,7 @@ export class Lander {
 
   /** How the episode ended; null while it has not. */
   get outcome() {
-    return OUTCOMES[this.#view().getInt32(OUTCOME, true)];
+    return OUTCOMES[this.#view().getInt32(OUTCOME, true)] ?? null;
   }
 
   /**
@@ -146,7 +146,7 @@ export class Lander {
     const heights = new Float64Array(this.#exports.memory.buffer, at, CORNERS).slice();
     const chunk = WIDTH / (CORNERS - 1);
     const xs = Float64Array.from(heights, (_, corner) => chunk * corner);
-    return { xs, heights, helipadX1: xs[4], helipadX2: xs[6], helipadY: HEIGHT / 4 };
+    return { xs, heights, helipadX1: chunk * 4, helipadX2: chunk * 6, helipadY: HEIGHT / 4 };
   }
 
   /**
@@ -216,7 +216,7 @@ export class Lander {
   }
 
   #flying() {
-    if (!this.#started) throw new Error("reset the lander before its first step");
+    if (!this.#started) throw new Error("reset the lander first");
     return this.#use();
   }
 
@@ -250,6 +250,8 @@ function defined(settings) {
  * @returns {Required<Settings>}
  */
 function check(settings) {
+  const unknown = Object.keys(settings).find((name) => !Object.hasOwn(DEFAULTS, name));
+  if (unknown !== undefined) throw new Error(`unknown setting ${JSON.stringify(unknown)}`);
   const { gravity, enableWind, windPower, turbulencePower } = settings;
   if (!(gravity > -12 && gravity < 0)) {
     throw new Error(`gravity = ${gravity}: must be between -12 and 0`);

@@ -65,6 +65,7 @@ export class NetworkPolicy {
     this.#address = create(exports, network);
     const at = exports.network_params(this.#address);
     new Float32Array(exports.memory.buffer, at, params.length).set(params);
+    exports.network_load(this.#address);
   }
 
   /**
@@ -74,11 +75,7 @@ export class NetworkPolicy {
    */
   act(observation) {
     const values = this.values(observation);
-    let best = 0;
-    for (let action = 1; action < ACTIONS; action++) {
-      if (values[action] > values[best]) best = action;
-    }
-    return best;
+    return values.indexOf(Math.max(...values));
   }
 
   /**

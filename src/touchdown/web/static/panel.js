@@ -16,15 +16,14 @@ export class Panel {
    */
   constructor(form, names, onChange) {
     this.form = form;
-    this.names = names;
     this.onChange = onChange;
     this.autopilot = names[0] ?? "";
-    this.fill("pilots", [YOU, ...names].map((name) => chip("radio", "pilot", name)));
-    this.fill("rivals", names.map((name) => chip("checkbox", "rival", name)));
+    this.offer(names);
     this.fill("conditions", RANGES.map(slider));
     form.addEventListener("submit", (event) => event.preventDefault());
     form.addEventListener("input", (event) => this.showValue(event.target));
     form.addEventListener("change", (event) => {
+      if (event.target instanceof HTMLInputElement && event.target.type === "file") return;
       this.showValue(event.target);
       this.onChange(this.read());
       leave(event.target);
@@ -34,6 +33,15 @@ export class Panel {
       for (const { name, normal } of RANGES) this.set(name, String(normal));
       this.onChange(this.read());
     });
+  }
+
+  /**
+   * The policies to choose from.
+   * @param {string[]} names
+   */
+  offer(names) {
+    this.fill("pilots", [YOU, ...names].map((name) => chip("radio", "pilot", name)));
+    this.fill("rivals", names.map((name) => chip("checkbox", "rival", name)));
   }
 
   /** A random start. */
@@ -99,8 +107,8 @@ export class Panel {
   showValue(input) {
     if (!(input instanceof HTMLInputElement) || input.type !== "range") return;
     const { text } = valueOf(input.name, Number(input.value));
-    const output = input.parentElement?.querySelector("output");
-    if (output) output.textContent = text;
+    const amount = input.parentElement?.querySelector(".amount");
+    if (amount) amount.textContent = text;
     input.setAttribute("aria-valuetext", text);
   }
 
@@ -143,7 +151,10 @@ function slider({ name, low, high, step }) {
   text.textContent = valueOf(name, low).label;
   const input = document.createElement("input");
   Object.assign(input, { type: "range", name, min: low, max: high, step });
-  label.append(text, document.createElement("output"), input);
+  const amount = document.createElement("span");
+  amount.className = "amount";
+  amount.ariaHidden = "true"; // the slider says it
+  label.append(text, amount, input);
   return label;
 }
 

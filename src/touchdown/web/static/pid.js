@@ -13,6 +13,7 @@
  */
 
 /** @import { Policy } from "touchdown/policy.js" */
+import { named } from "touchdown/observation.js";
 
 const { fround } = Math;
 const NUMBERS = /** @type {const} */ ([
@@ -74,7 +75,7 @@ export class PidPolicy {
    * @returns {{vertical: number, angle: number}}
    */
   controlValues(observation) {
-    const [x, y, vx, vy, angle, angularVelocity] = observation;
+    const { x, y, vx, vy, angle, angularVelocity } = named(observation);
     const g = this.#gains;
     const error = fround(fround(x + vx) - angle);
     const damping = fround(vx - angularVelocity);

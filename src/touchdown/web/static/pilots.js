@@ -1,5 +1,6 @@
 // The policies that a page was made with.
 import { HeuristicPolicy } from "touchdown/heuristic.js";
+import { YOU } from "touchdown/link.js";
 import { PidPolicy } from "touchdown/pid.js";
 import { RandomPolicy } from "touchdown/random.js";
 
@@ -36,6 +37,22 @@ export function makePolicies(engine, described, readBinary) {
     }
   }
   return policies;
+}
+
+/**
+ * Adds the network of a file of weights under the file's name.
+ * @param {Engine} engine
+ * @param {Policies} policies
+ * @param {File} file
+ * @returns {Promise<string>} its name
+ * @throws {Error} It is no such file, or a policy has its name; one line says why.
+ */
+export async function addPolicy(engine, policies, file) {
+  const name = file.name.replace(/\.safetensors$/, "");
+  if (name === YOU || policies.has(name)) throw new Error("the page has a policy of this name");
+  const network = engine.newNetwork(await file.arrayBuffer());
+  policies.set(name, () => network);
+  return name;
 }
 
 /**

@@ -1,28 +1,24 @@
 // The playground: the game on the page.
-import { ActionMap, MAPS } from "touchdown/action-map.js";
 import { normalConditions } from "touchdown/conditions.js";
 import { Controls } from "touchdown/controls.js";
 import { readBinary, readData } from "touchdown/data.js";
+import { Display } from "touchdown/display.js";
 import { loadEngine } from "touchdown/engine.js";
 import { Game } from "touchdown/game.js";
-import { Insight } from "touchdown/insight.js";
 import { checkOf, readLink, writeLink } from "touchdown/link.js";
-import { Palette } from "touchdown/palette.js";
-import { leave, Panel } from "touchdown/panel.js";
-import { makePolicies } from "touchdown/pilots.js";
+import { Panel } from "touchdown/panel.js";
+import { element, part } from "touchdown/parts.js";
+import { addPolicy, makePolicies } from "touchdown/pilots.js";
 import { describe, ranking } from "touchdown/reports.js";
 import { showScores } from "touchdown/scoreboard.js";
 import { Scores } from "touchdown/scores.js";
-import { Screens } from "touchdown/screens.js";
 import { copyLink } from "touchdown/share.js";
-import { Strips } from "touchdown/strips.js";
-import { part, Transport } from "touchdown/transport.js";
+import { Transport } from "touchdown/transport.js";
 
 /** @typedef {import("touchdown/link.js").Setup} Setup */
 /** @typedef {import("touchdown/game.js").GameEvent} GameEvent */
 
 const DEMO_PAUSE = 2.5; // seconds between the flights that are shown until a person does something
-const STRIPS_EVERY = 3; // frames
 
 class Playground {
   /**
@@ -33,18 +29,13 @@ class Playground {
   constructor(engine, policies, seed) {
     this.names = [...policies.keys()];
     this.policies = policies;
-    const palette = new Palette();
-    this.screens = new Screens(element(".scenes"));
-    this.strips = new Strips(element(".strips"), palette);
-    this.map = new ActionMap(part(document, ".plot canvas", HTMLCanvasElement), palette);
+    this.display = new Display(networksOf(policies));
     this.scores = new Scores();
     this.calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    this.complaint = ""; // about the link
     /** Whether flights are shown until a person does something. */
     this.demo = true;
     this.waited = 0;
-    this.frames = 0;
-    this.stale = true; // whether the picture is not that of the game
-    this.visible = true; // whether the stage is in sight
     /** @type {string | null} of how a shared flight went where it was shared */
     this.expected = null;
     this.game = new Game(engine, policies, this.demoSetup(seed), (event) => this.onEvent(event));
@@ -57,8 +48,12 @@ class Playground {
       this.endDemo();
       this.begin(setup);
     });
-    this.insight = this.makeInsight();
-    this.listen();
+    addEventListener("hashchange", () => {
+      if (!this.openLink() && this.complaint) this.say(this.complaint);
+    });
+    const file = part(document, "[type=file]", HTMLInputElement);
+    file.addEventListener("change", () => void this.addWeights(file));
+    showScores(element(".scores"), this.scores.list);
     if (!this.openLink()) this.startDemo(seed);
     requestAnimationFrame((now) => this.frame(now, now));
   }
@@ -76,30 +71,13 @@ class Playground {
       fly: inGame(() => this.begin(this.byHand())),
       watch: inGame(() => this.begin({ ...game.setup, byHand: false })),
       autopilot: inGame(() => game.toggleAutopilot()),
-      view: () => this.changeView(),
+      view: () => this.turnView(),
       share: () => void this.share(),
       clear: () => {
         this.scores.clear();
         showScores(element(".scores"), this.scores.list);
       },
     };
-  }
-
-  listen() {
-    addEventListener("hashchange", () => this.openLink());
-    for (const input of document.querySelectorAll("[name=map]")) {
-      input.addEventListener("change", () => {
-        this.chooseMap();
-        leave(input);
-      });
-    }
-    this.chooseMap();
-    showScores(element(".scores"), this.scores.list);
-    new MutationObserver(() => (this.stale = true)).observe(document.documentElement, { attributes: true });
-    addEventListener("resize", () => (this.stale = true));
-    new IntersectionObserver(([entry]) => {
-      this.visible = entry?.isIntersecting ?? true;
-    }).observe(element(".scenes"));
   }
 
   /** @param {number} seed */
@@ -158,7 +136,7 @@ class Playground {
       return true;
     } catch (error) {
       if (!(error instanceof RangeError)) throw error;
-      this.say(`The link cannot be opened: ${error.message}.`);
+      this.complaint = `The link cannot be opened: ${error.message}.`;
       return false;
     }
   }
@@ -173,13 +151,10 @@ class Playground {
 
   /** @param {GameEvent} event */
   onEvent(event) {
-    this.stale = true;
+    this.display.stale = true;
     if (event === "started") {
-      this.insight = this.makeInsight();
-      this.map.choose(this.mapName());
-      this.screens.show(this.game);
+      this.display.show(this.game);
       this.panel.write(this.game.setup);
-      this.nameCritic();
     }
     if (event === "ended" && !this.demo) this.keepScore();
     if (!this.demo && !this.game.playing) this.writeAddress();
@@ -190,7 +165,7 @@ class Playground {
   /** @param {GameEvent} event */
   statusAfter(event) {
     const { game } = this;
-    if (this.demo) return "";
+    if (this.demo) return this.complaint;
     if (event === "handed over") return "Your turn: the link ends here. Press an engine to fly on.";
     if (!game.race.over) return describe(game);
     const other = this.expected !== null && this.expected !== checkOf(game.race.flights);
@@ -232,42 +207,31 @@ class Playground {
     this.say(await copyLink(`${location.href.split("#")[0]}#${this.link()}`));
   }
 
-  changeView() {
-    this.screens.sideBySide = !this.screens.sideBySide;
-    const button = part(document, "[data-do=view]", HTMLButtonElement);
-    button.setAttribute("aria-pressed", String(this.screens.sideBySide));
-    this.screens.show(this.game);
-    this.stale = true;
-  }
-
-  mapName() {
-    const chosen = part(document, "[name=map]:checked", HTMLInputElement);
-    return chosen.value;
-  }
-
-  chooseMap() {
-    const name = this.mapName();
-    this.map.choose(name);
-    const [across = "", up = ""] = MAPS[name]?.names ?? [];
-    element(".plot .across").textContent = across;
-    element(".plot .up").textContent = up;
-    this.stale = true;
-  }
-
-  makeInsight() {
-    const { lead } = this.game.race;
-    const networks = this.names.map((name) => this.policies.get(name)?.(0));
-    const critic = lead.autopilot?.values ? lead.autopilot : networks.find((each) => each?.values);
-    return new Insight(lead, critic ?? null);
-  }
-
-  nameCritic() {
-    const { critic } = this.insight;
-    const name = this.names.find((each) => this.policies.get(each)?.(0) === critic) ?? "a network";
-    for (const each of document.querySelectorAll("[data-name=critic]")) each.textContent = name;
-    for (const each of document.querySelectorAll("[data-name=autopilot]")) {
-      each.textContent = this.game.setup.autopilot;
+  /**
+   * Another rival, from a file of weights.
+   * @param {HTMLInputElement} input
+   */
+  async addWeights(input) {
+    const [file] = input.files ?? [];
+    if (!file) return;
+    const { engine, policies, setup } = this.game;
+    try {
+      const name = await addPolicy(engine, policies, file);
+      this.names.push(name);
+      this.panel.offer(this.names);
+      this.endDemo();
+      this.begin({ ...setup, rivals: [...setup.rivals, name] });
+    } catch (error) {
+      this.say(`${file.name}: ${error instanceof Error ? error.message : error}.`);
     }
+    input.value = ""; // the same file can be chosen again
+  }
+
+  turnView() {
+    const button = part(document, "[data-do=view]", HTMLButtonElement);
+    const sideBySide = button.getAttribute("aria-pressed") === "false";
+    button.setAttribute("aria-pressed", String(sideBySide));
+    this.display.showSideBySide(this.game, sideBySide);
   }
 
   /** @param {string} text */
@@ -284,35 +248,26 @@ class Playground {
     const { game } = this;
     const seconds = (now - before) / 1000;
     this.controls.poll();
-    if (this.visible || !this.demo) game.tick(seconds, this.controls.command);
+    if (this.display.visible || !this.demo) game.tick(seconds, this.controls.command);
     if (this.demo && game.race.over) {
       this.waited += seconds;
       if (this.waited > DEMO_PAUSE) this.startDemo(game.setup.seed + 1);
     }
-    if (game.playing || this.stale) this.draw();
-    requestAnimationFrame((next) => this.frame(next, now));
-  }
-
-  draw() {
-    const { game, insight } = this;
-    const { lead } = game.race;
-    const step = Math.min(game.race.step, lead.steps);
-    this.screens.draw(game);
-    this.transport.update();
-    this.frames += 1;
-    if (!game.playing || this.frames % STRIPS_EVERY === 0) this.strips.draw(game, insight);
-    const seen = lead.seen(step);
-    if (lead.autopilot) {
-      const earlier = lead.moments.slice(Math.max(step - 100, 0), step + 1);
-      this.map.draw(lead.autopilot, seen, earlier.map((moment) => moment.observation));
+    if (game.playing || this.display.stale) {
+      this.display.draw(game);
+      this.transport.update();
     }
-    this.stale = !this.map.isOf(seen);
+    requestAnimationFrame((next) => this.frame(next, now));
   }
 }
 
-/** @param {string} selector */
-function element(selector) {
-  return part(document, selector, HTMLElement);
+/**
+ * @param {import("touchdown/pilots.js").Policies} policies
+ * @returns {Map<string, import("touchdown/policy.js").Policy>}
+ */
+function networksOf(policies) {
+  const made = [...policies].map(([name, make]) => /** @type {const} */ ([name, make(0)]));
+  return new Map(made.filter(([, policy]) => policy.values));
 }
 
 const data = readData();

@@ -93,8 +93,9 @@ function areCounts(value) {
  */
 function tensorOf({ dtype, shape, data_offsets: offsets }, content) {
   if (typeof dtype !== "string" || !Object.hasOwn(ARRAYS, dtype)) return null;
-  if (!areCounts(shape) || !areCounts(offsets) || offsets.length !== 2) return null;
-  const [begin, end] = offsets;
+  if (!areCounts(shape) || !areCounts(offsets)) return null;
+  const [begin, end, ...more] = offsets;
+  if (begin === undefined || end === undefined || more.length > 0) return null;
   const type = ARRAYS[/** @type {keyof typeof ARRAYS} */ (dtype)];
   const count = shape.reduce((product, size) => product * size, 1);
   if (end > content.length || end - begin !== count * type.BYTES_PER_ELEMENT) return null;

@@ -77,9 +77,7 @@ export class SceneView {
     const { terrain, seed } = this.start;
     this.backdrop ??= paintBackdrop(frame, terrain, seed);
     context.drawImage(this.backdrop, 0, 0);
-    for (const each of craft) {
-      drawTrail(context, frame, each.trail, each.opacity ?? 1, each.colour);
-    }
+    for (const each of craft) drawTrail(context, frame, each);
     for (const each of craft) {
       const [x = NaN, y = NaN] = Array.from({ length: 2 }, (_, i) => each.bodies[i]);
       const clearance = y - heightAt(terrain, x);

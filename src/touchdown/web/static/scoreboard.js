@@ -1,7 +1,8 @@
 // The table of a person's best flights.
+import { RANGES } from "touchdown/conditions.js";
 import { signed } from "touchdown/dials.js";
 import { STEPS_PER_SECOND } from "touchdown/frame.js";
-import { part } from "touchdown/transport.js";
+import { part } from "touchdown/parts.js";
 
 /** @typedef {import("touchdown/scores.js").Score} Score */
 
@@ -15,13 +16,23 @@ export function showScores(section, scores) {
   part(section, "tbody", HTMLElement).replaceChildren(...scores.map(rowOf));
 }
 
+/**
+ * The conditions of a kept flight that are not Gymnasium's.
+ * @param {string} link
+ */
+function conditionsOf(link) {
+  const fields = new URLSearchParams(link);
+  const changed = RANGES.filter(({ name }) => fields.has(name));
+  return changed.map(({ name }) => `${name} ${fields.get(name)}`).join(", ") || "normal";
+}
+
 /** @param {Score} score */
 function rowOf(score) {
   const row = document.createElement("tr");
   const seconds = `${(score.steps / STEPS_PER_SECOND).toFixed(1)} s`;
   const texts = [
-    signed(score.return, 1), score.outcome, score.pilot, String(score.seed), seconds,
-    score.fuel.toFixed(1),
+    signed(score.return, 1), score.outcome, score.pilot, String(score.seed),
+    conditionsOf(score.link), seconds, score.fuel.toFixed(1),
   ];
   for (const text of texts) row.insertCell().textContent = text;
   const link = document.createElement("a");

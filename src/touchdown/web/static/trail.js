@@ -5,16 +5,21 @@ import { STEPS_PER_SECOND } from "touchdown/frame.js";
 
 const COLOUR = "rgb(150 196 255)";
 const FADING = 0.8; // seconds in which a fresh trail fades to 1/e
+const STEADY = 0.45; // opacity of the trail of a flight that is over
 const SHADES = 24; // lines of one shade are drawn in one stroke: all but the latest few
 
 /**
  * @param {CanvasRenderingContext2D} context
  * @param {Frame} frame
- * @param {ArrayLike<ArrayLike<number>>} trail x, y in metres after each step, the latest last
- * @param {number} opacity
- * @param {string | undefined} colour
+ * @param {object} craft
+ * @param {ArrayLike<ArrayLike<number>>} craft.trail x, y in metres after each step, the latest last
+ * @param {number} [craft.opacity]
+ * @param {string} [craft.colour]
+ * @param {string | null} [craft.outcome] of a flight that is over
  */
-export function drawTrail(context, frame, trail, opacity, colour) {
+export function drawTrail(context, frame, { trail, opacity = 1, colour, outcome }) {
+  const shadeOf = (/** @type {number} */ age) =>
+    Math.round(SHADES * (outcome ? STEADY : freshness(age)));
   const newest = trail.length - 1;
   context.strokeStyle = colour ?? COLOUR;
   context.lineWidth = 1.6 * frame.scale;
@@ -36,10 +41,9 @@ export function drawTrail(context, frame, trail, opacity, colour) {
 }
 
 /**
- * Of a line that is so many steps old: 1 to SHADES.
+ * Opacity of a line that is so many steps old.
  * @param {number} steps
  */
-function shadeOf(steps) {
-  const seconds = steps / STEPS_PER_SECOND;
-  return Math.round(SHADES * (0.16 + 0.62 * Math.exp(-seconds / FADING)));
+function freshness(steps) {
+  return 0.16 + 0.62 * Math.exp(-steps / STEPS_PER_SECOND / FADING);
 }

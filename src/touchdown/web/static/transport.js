@@ -1,8 +1,9 @@
 // Buttons, keys and the time line: play, pause, step, rewind, speed, autopilot.
-import { usesKeys } from "touchdown/controls.js";
+import { needsKey } from "touchdown/controls.js";
 import { STEPS_PER_SECOND } from "touchdown/frame.js";
 import { SPEEDS } from "touchdown/game.js";
 import { leave } from "touchdown/panel.js";
+import { part } from "touchdown/parts.js";
 
 /** @typedef {import("touchdown/game.js").Game} Game */
 /** @typedef {Record<string, () => void>} Actions by the name in data-do */
@@ -32,7 +33,7 @@ export class Transport {
   constructor(bar, game, actions, held) {
     this.game = game;
     this.timeline = part(bar, "input", HTMLInputElement);
-    this.clock = part(bar, "output", HTMLOutputElement);
+    this.clock = part(bar, ".clock", HTMLElement);
     this.speed = part(bar, "select", HTMLSelectElement);
     this.playButton = part(bar, "[data-do=play]", HTMLButtonElement);
     this.autopilot = part(bar, "[data-do=autopilot]", HTMLButtonElement);
@@ -81,9 +82,7 @@ export class Transport {
   keyDown(event) {
     const name = KEYS[event.code];
     if (!name || event.ctrlKey || event.metaKey || event.altKey) return;
-    const { target } = event;
-    const isButton = target instanceof HTMLElement && target.matches("button, a, summary");
-    if (usesKeys(target) || (isButton && event.code === "Space")) return;
+    if (needsKey(event.target, event.code)) return;
     event.preventDefault();
     if (event.repeat && !["back", "step", "rewind"].includes(name)) return;
     this.actions[name]?.();
@@ -95,17 +94,4 @@ export class Transport {
     this.game.speed = SPEEDS[Math.min(Math.max(place, 0), SPEEDS.length - 1)] ?? 1;
     this.speed.value = String(this.game.speed);
   }
-}
-
-/**
- * @template {Element} T
- * @param {ParentNode} place
- * @param {string} selector
- * @param {new () => T} kind
- * @returns {T}
- */
-export function part(place, selector, kind) {
-  const found = place.querySelector(selector);
-  if (!(found instanceof kind)) throw new Error(`the page has no ${selector}`);
-  return found;
 }
