@@ -12,6 +12,7 @@ from touchdown.core.version import __version__ as __version__
 if TYPE_CHECKING:
     from touchdown.api.exporting import export
     from touchdown.api.flying import evaluate, fly
+    from touchdown.api.learning_film import fly_over_training
     from touchdown.api.playing import play
     from touchdown.api.runs import show
     from touchdown.api.studies import (
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     )
     from touchdown.api.training import resume, train
     from touchdown.api.tuning import tune_pid
+    from touchdown.api.watching import watch
     from touchdown.config.config import Config
     from touchdown.config.presets import PRESETS, preset
     from touchdown.core.errors import Interrupted, UserError
@@ -50,6 +52,7 @@ _HOMES = {
     "evaluate": "api.flying",
     "export": "api.exporting",
     "fly": "api.flying",
+    "fly_over_training": "api.learning_film",
     "list_runs": "runs.run",
     "list_studies": "api.studies",
     "play": "api.playing",
@@ -62,6 +65,7 @@ _HOMES = {
     "train": "api.training",
     "tune_agent": "api.studies",
     "tune_pid": "api.tuning",
+    "watch": "api.watching",
 }
 
 __all__ = [
@@ -81,6 +85,7 @@ __all__ = [
     "evaluate",
     "export",
     "fly",
+    "fly_over_training",
     "list_runs",
     "list_studies",
     "play",
@@ -93,6 +98,7 @@ __all__ = [
     "train",
     "tune_agent",
     "tune_pid",
+    "watch",
 ]
 
 

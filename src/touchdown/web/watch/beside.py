@@ -9,6 +9,7 @@ import os
 import select
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -22,7 +23,7 @@ from touchdown.runs.folder import RunFolder
 _PATIENCE = 20.0
 """Seconds that the server has to start."""
 _LOWER_PRIORITY = 10
-_CLOSED_SECONDS = 5.0
+_CLOSED_SECONDS = 3.0
 """After which a page that is gone was closed, and not loaded again."""
 _OPENING_SECONDS = 20.0
 """That a browser has to open the first page, if training was shorter."""
@@ -60,6 +61,8 @@ def watched(folder: RunFolder) -> Generator[str]:
             process.kill()
             process.wait()
             raise UserError(f"watch: the server did not start: {said.get('error', 'no answer')}")
+        # it outlives this block; the thread takes note of its end
+        threading.Thread(target=process.wait, daemon=True).start()
         yield said["address"]
 
 

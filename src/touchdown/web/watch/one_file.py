@@ -76,7 +76,7 @@ def _add(content: _Content, run: WatchedRun, most: int) -> None:
         )
     episodes = _recorded(run.folder) if facts["has_flights"] else []
     characters = sum(len(row["actions"]) for row in episodes)
-    for row in _evenly(episodes, round(len(episodes) * most / max(most, characters))):
+    for row in _evenly(episodes, len(episodes) * most // max(most, characters)):
         content.episodes[f"{run.key}/{row['episode']}"] = row
     content.messages.extend(messages)
     content.policies.update({f"{run.key}/{at}": data for at, data in weights.items()})

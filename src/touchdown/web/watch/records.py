@@ -103,7 +103,9 @@ class WatchedRun:
 
     def since(self, cursor: Cursor) -> Iterator[dict[str, Any]]:
         """The messages that a page lacks; the cursor moves with each that is taken."""
-        if self.facts is not None and cursor.facts != self._version:
+        if self.facts is None:  # not read yet
+            return
+        if cursor.facts != self._version:
             cursor.facts = self._version
             yield {"run": self.key, "facts": self.facts.to_json()}
         for name, columns in self._columns.items():
