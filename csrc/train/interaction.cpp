@@ -31,20 +31,35 @@ void Interaction::act(const Acting& acting, const Learnt& learnt, Counts& counts
                environments.results, environments.workspaces, environments.workers);
 }
 
+std::int32_t Interaction::action_after(const Acting& acting, const float* observation,
+                                       const Counts& counts) {
+  if (draw_uniform(acting.exploration) < counts.epsilon) {
+    return static_cast<std::int32_t>(
+        draw_integer(acting.exploration, static_cast<std::uint32_t>(network_.num_actions)));
+  }
+  const fused::NetworkKernel& kernel = fused::kernel();
+  alone_.resize(static_cast<std::size_t>(network_.num_actions));
+  kernel.values(network_, sampled(acting.params, kActing, counts.env_steps), observation, 1,
+                block_.of_size(kernel.values_workspace(network_)), alone_.data());
+  return static_cast<std::int32_t>(greedy_action(alone_.data(), network_.num_actions));
+}
+
+const float* Interaction::sampled(const float* params, std::uint32_t purpose, std::int64_t number) {
+  if (!network_.noisy) return params;
+  const fused::NoiseSource source{
+      .seed = settings_.seed, .purpose = purpose, .number = static_cast<std::uint32_t>(number)};
+  noise_.resize(static_cast<std::size_t>(network_.num_noise));
+  weights_.resize(static_cast<std::size_t>(network_.num_weights));
+  fused::draw_noise(network_, source.key(), noise_);
+  fused::kernel().sample_weights(network_, params, noise_.data(), weights_.data());
+  return weights_.data();
+}
+
 void Interaction::compute_values(const Acting& acting, const Learnt& learnt, Counts& counts) {
   const fused::NetworkKernel& kernel = fused::kernel();
-  const float* params = acting.params;
-  if (network_.noisy) {
-    const fused::NoiseSource source{.seed = settings_.seed,
-                                    .purpose = learnt.updated ? kNextValues : kActing,
-                                    .number = static_cast<std::uint32_t>(
-                                        learnt.updated ? learnt.updates_before : counts.env_steps)};
-    noise_.resize(static_cast<std::size_t>(network_.num_noise));
-    weights_.resize(static_cast<std::size_t>(network_.num_weights));
-    fused::draw_noise(network_, source.key(), noise_);
-    kernel.sample_weights(network_, params, noise_.data(), weights_.data());
-    params = weights_.data();
-  }
+  const float* const params = learnt.updated
+                                  ? sampled(acting.params, kNextValues, learnt.updates_before)
+                                  : sampled(acting.params, kActing, counts.env_steps);
   kernel.values(network_, params, acting.episodes.observations,
                 static_cast<std::ptrdiff_t>(acting.environments.landers.size()),
                 block_.of_size(kernel.values_workspace(network_)), acting.q);

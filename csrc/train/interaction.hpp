@@ -84,7 +84,12 @@ class Interaction {
     return learnt.metrics;
   }
 
+  // The action that would follow one observation [D], chosen like those of a step.
+  std::int32_t action_after(const Acting& acting, const float* observation, const Counts& counts);
+
  private:
+  // The parameters for acting: those of the online network, or a sample of noisy weights.
+  const float* sampled(const float* params, std::uint32_t purpose, std::int64_t number);
   // Chooses ε-greedy actions and steps all environments with them.
   void act(const Acting& acting, const Learnt& learnt, Counts& counts);
   // The values of the current observations, with the noise that follows `learnt`.
@@ -115,6 +120,7 @@ class Interaction {
   std::vector<char> explores_;  // [N]
   std::vector<float> noise_;    // of a noisy network
   std::vector<float> weights_;  // that the noise gives it
+  std::vector<float> alone_;    // [A], values of one observation
   fused::Block block_;
 };
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "fused/kernel.hpp"
+#include "train/averaging.hpp"
 
 namespace touchdown::train {
 
@@ -19,36 +20,58 @@ std::optional<fused::Metrics> Loop::advance(const Parts& parts, std::int64_t max
                       .exploration = parts.exploration};
   return interaction_.advance(
       acting, max_steps, counts,
-      [&](std::size_t i, bool truncated) { store(parts, i, truncated, counts); },
+      [&](std::size_t i, bool truncated) { store(parts, acting, i, truncated, counts); },
       [&] { return learn(parts, counts); });
 }
 
-void Loop::store(const Parts& parts, std::size_t i, bool truncated, Counts& counts) {
+void Loop::store(const Parts& parts, const Acting& acting, std::size_t i, bool truncated,
+                 Counts& counts) {
   const Environments& environments = parts.environments;
+  const std::size_t size = parts.memory.num_observations;
+  const auto n = static_cast<std::size_t>(settings_.n_step);
+  const bool sarsa = settings_.rule.sarsa;
+  const bool terminated = environments.results.terminated[i];
+  const float* const o_tm1 = parts.episodes.observations + i * size;
+  const float* const o_t = environments.results.observations + i * size;
+  const auto action = static_cast<std::int32_t>(environments.actions[i]);
+  std::int64_t& length = parts.windows.lengths[i];
+  // A transition of SARSA waits for the action after it.
+  if (sarsa && length == settings_.n_step) {
+    store_oldest(parts, i, 1, {.terminated = false, .a_t = action, .o_t = o_tm1}, counts);
+  }
+  const std::size_t place = i * n + static_cast<std::size_t>(length++);
+  std::copy_n(o_tm1, size, parts.windows.o_tm1 + place * size);
+  parts.windows.a_tm1[place] = action;
+  parts.windows.r_t[place] = environments.results.rewards[i];
+
+  Step last{.terminated = terminated, .a_t = 0, .o_t = o_t};
+  if (terminated || truncated) {
+    if (sarsa && !terminated) last.a_t = interaction_.action_after(acting, o_t, counts);
+    store_oldest(parts, i, static_cast<std::size_t>(length), last, counts);
+  } else if (!sarsa && length == settings_.n_step) {
+    store_oldest(parts, i, 1, last, counts);
+  }
+}
+
+void Loop::store_oldest(const Parts& parts, std::size_t i, std::size_t complete, const Step& last,
+                        Counts& counts) {
   const std::size_t size = parts.memory.num_observations;
   const auto n = static_cast<std::size_t>(settings_.n_step);
   float* const o_tm1 = parts.windows.o_tm1 + i * n * size;
   std::int32_t* const a_tm1 = parts.windows.a_tm1 + i * n;
   double* const r_t = parts.windows.r_t + i * n;
-  auto length = static_cast<std::size_t>(parts.windows.lengths[i]);
-  std::copy_n(parts.episodes.observations + i * size, size, o_tm1 + length * size);
-  a_tm1[length] = static_cast<std::int32_t>(environments.actions[i]);
-  r_t[length] = environments.results.rewards[i];
-  ++length;
-
-  const bool terminated = environments.results.terminated[i];
-  const std::size_t complete = terminated || truncated ? length : (length == n ? 1 : 0);
+  const auto length = static_cast<std::size_t>(parts.windows.lengths[i]);
   for (std::size_t first = 0; first < complete; ++first) {
     double total = 0.0;
     for (std::size_t k = length; k > first; --k) total = r_t[k - 1] + settings_.gamma * total;
-    const double discount =
-        terminated ? 0.0 : std::pow(settings_.gamma, static_cast<double>(length - first));
-    const Step step{.o_tm1 = o_tm1 + first * size,
-                    .a_tm1 = a_tm1[first],
-                    .r_t = static_cast<float>(total),
-                    .discount_t = static_cast<float>(discount),
-                    .terminated = terminated,
-                    .o_t = environments.results.observations + i * size};
+    Step step = last;
+    step.o_tm1 = o_tm1 + first * size;
+    step.a_tm1 = a_tm1[first];
+    step.r_t = static_cast<float>(total);
+    step.discount_t =
+        last.terminated
+            ? 0.0f
+            : static_cast<float>(std::pow(settings_.gamma, static_cast<double>(length - first)));
     const std::int64_t copies = total > settings_.resave_threshold ? 1 + settings_.resaves : 1;
     for (std::int64_t copy = 0; copy < copies; ++copy) {
       prioritise_next(parts, counts);
@@ -80,7 +103,9 @@ Learnt Loop::learn(const Parts& parts, Counts& counts) {
     learnt.updates_before = counts.updates;
     const fused::Metrics metrics = update(parts, due * settings_.gradient_steps, counts);
     learnt.updated = true;
-    if (parts.average) average(parts);
+    if (parts.average) {
+      add_to_average(parts.average, parts.learner.online, network_.num_params, settings_.averaging);
+    }
     if (periods_crossed(learnt.updates_before, counts.updates, settings_.metrics_period) > 0) {
       learnt.metrics = metrics;
     }
@@ -90,13 +115,6 @@ Learnt Loop::learn(const Parts& parts, Counts& counts) {
     std::copy_n(parts.learner.online, network_.num_params, parts.learner.target);
   }
   return learnt;
-}
-
-void Loop::average(const Parts& parts) {
-  const auto rate = static_cast<float>(settings_.averaging);
-  for (std::ptrdiff_t i = 0; i < network_.num_params; ++i) {
-    parts.average[i] += rate * (parts.learner.online[i] - parts.average[i]);
-  }
 }
 
 fused::Metrics Loop::update(const Parts& parts, std::int64_t count, Counts& counts) {
@@ -135,6 +153,12 @@ fused::Metrics Loop::update(const Parts& parts, std::int64_t count, Counts& coun
   return metrics;
 }
 
+void Loop::need_action(std::int32_t action) const {
+  if (action >= 0 && action < network_.num_actions) return;
+  throw std::invalid_argument("a stored transition has action " + std::to_string(action) +
+                              ": must be from 0 to " + std::to_string(network_.num_actions - 1));
+}
+
 void Loop::draw(const Parts& parts, const fused::Samples& packed, std::int64_t count,
                 Counts& counts) {
   const std::int64_t num_held = parts.memory.size(counts.added);
@@ -155,12 +179,8 @@ void Loop::draw(const Parts& parts, const fused::Samples& packed, std::int64_t c
   }
   for (const std::int64_t index : order_) {
     if (index >= num_held) throw std::invalid_argument("a priority without a stored transition");
-    const std::int32_t action = packed.a_tm1[index * packed.stride];
-    if (action < 0 || action >= network_.num_actions) {
-      throw std::invalid_argument("a stored transition has action " + std::to_string(action) +
-                                  ": must be from 0 to " +
-                                  std::to_string(network_.num_actions - 1));
-    }
+    need_action(packed.a_tm1[index * packed.stride]);
+    if (settings_.rule.sarsa) need_action(packed.a_t[index * packed.stride]);
   }
 }
 

@@ -25,7 +25,7 @@
 namespace touchdown::train {
 
 // The steps of each environment that are in no transition yet, as touchdown.replay.n_step keeps
-// them: the oldest first, fewer than n between two steps.
+// them: the oldest first; between two steps fewer than n, or with SARSA at most n.
 struct Windows {
   float* o_tm1;           // [N][n][D]
   std::int32_t* a_tm1;    // [N][n]
@@ -67,7 +67,12 @@ class Loop {
 
  private:
   // Stores the transitions that the latest step of environment `i` completes.
-  void store(const Parts& parts, std::size_t i, bool truncated, Counts& counts);
+  void store(const Parts& parts, const Acting& acting, std::size_t i, bool truncated,
+             Counts& counts);
+  // Stores the `complete` oldest steps of environment `i` as transitions that end with `last`,
+  // which has o_t, a_t and whether the episode terminated, and removes them from its window.
+  void store_oldest(const Parts& parts, std::size_t i, std::size_t complete, const Step& last,
+                    Counts& counts);
   // What follows a step: the updates and the copy of the target network that are due after it.
   Learnt learn(const Parts& parts, Counts& counts);
   fused::Metrics update(const Parts& parts, std::int64_t count, Counts& counts);
@@ -75,8 +80,7 @@ class Loop {
   void prioritise_next(const Parts& parts, const Counts& counts) const;
   // Draws the transitions of all minibatches; refuses those whose action the network does not have.
   void draw(const Parts& parts, const fused::Samples& packed, std::int64_t count, Counts& counts);
-  // average += rate·(online − average)
-  void average(const Parts& parts);
+  void need_action(std::int32_t action) const;
 
   Settings settings_;
   fused::Network network_;

@@ -5,9 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <vector>
 
 #include "fused/transition.hpp"
+#include "train/mirror.hpp"
 
 namespace touchdown::train {
 
@@ -18,14 +18,8 @@ struct Step {
   float r_t;
   float discount_t;
   bool terminated;
+  std::int32_t a_t;  // the action after it, which only SARSA knows; else 0
   const float* o_t;  // [D]
-};
-
-// A symmetry of the environment, as touchdown.core.types.Mirror has it.
-struct Mirror {
-  std::vector<std::size_t> order;     // [D]
-  std::vector<float> signs;           // [D]
-  std::vector<std::int32_t> actions;  // [A]
 };
 
 struct Memory {
@@ -40,13 +34,13 @@ struct Memory {
   void store(const Step& step, std::int64_t added) const {
     const fused::TransitionFields at = fused::transition_fields(num_observations);
     float* const record = records + static_cast<std::size_t>(added % capacity) * at.size;
-    const std::int32_t terminated = step.terminated ? 1 : 0, no_next_action = 0;
+    const std::int32_t terminated = step.terminated ? 1 : 0;
     std::copy_n(step.o_tm1, num_observations, record + at.o_tm1);
     std::memcpy(record + at.a_tm1, &step.a_tm1, sizeof(std::int32_t));
     record[at.r_t] = step.r_t;
     record[at.discount_t] = step.discount_t;
     std::memcpy(record + at.terminated, &terminated, sizeof(std::int32_t));
-    std::memcpy(record + at.a_t, &no_next_action, sizeof(std::int32_t));
+    std::memcpy(record + at.a_t, &step.a_t, sizeof(std::int32_t));
     std::copy_n(step.o_t, num_observations, record + at.o_t);
   }
 
@@ -55,12 +49,10 @@ struct Memory {
     store(step, added);
     const fused::TransitionFields at = fused::transition_fields(num_observations);
     float* const record = records + static_cast<std::size_t>(added % capacity) * at.size;
-    for (std::size_t i = 0; i < num_observations; ++i) {
-      record[at.o_tm1 + i] = step.o_tm1[mirror.order[i]] * mirror.signs[i];
-      record[at.o_t + i] = step.o_t[mirror.order[i]] * mirror.signs[i];
-    }
+    mirror.reflect(step.o_tm1, record + at.o_tm1);
+    mirror.reflect(step.o_t, record + at.o_t);
     const std::int32_t image[] = {mirror.actions[static_cast<std::size_t>(step.a_tm1)],
-                                  mirror.actions.front()};
+                                  mirror.actions[static_cast<std::size_t>(step.a_t)]};
     std::memcpy(record + at.a_tm1, &image[0], sizeof(std::int32_t));
     std::memcpy(record + at.a_t, &image[1], sizeof(std::int32_t));
   }

@@ -1,11 +1,14 @@
 #include "train/pqn_loop.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 #include <stdexcept>
 #include <string>
 
 #include "fused/kernel.hpp"
+#include "train/averaging.hpp"
 
 namespace touchdown::train {
 namespace {
@@ -47,13 +50,50 @@ Learnt PqnLoop::learn(const PqnParts& parts, Counts& counts) {
   if (++counts.filled < settings_.rollout.rollout_steps) return {};
   counts.filled = 0;
   Learnt learnt{.updated = true, .updates_before = counts.updates};
+  check_actions(parts);
+  if (mirror_) mirror_half(parts, *mirror_);
   draw_order(parts);
   compute_targets(parts);
   const fused::Metrics metrics = fit(parts, counts);
+  if (parts.average) {
+    add_to_average(parts.average, parts.learner.online, network_.num_params, settings_.averaging);
+  }
   if (periods_crossed(learnt.updates_before, counts.updates, settings_.metrics_period) > 0) {
     learnt.metrics = metrics;
   }
   return learnt;
+}
+
+std::size_t PqnLoop::num_stored(const PqnParts& parts) const {
+  return static_cast<std::size_t>(settings_.rollout.rollout_steps) *
+         parts.environments.landers.size();
+}
+
+void PqnLoop::check_actions(const PqnParts& parts) const {
+  const std::span<const std::int32_t> actions{parts.rollout.a_tm1, num_stored(parts)};
+  for (const std::int32_t action : actions) {
+    if (action >= 0 && action < network_.num_actions) continue;
+    throw std::invalid_argument("a step of the rollout has action " + std::to_string(action) +
+                                ": must be from 0 to " + std::to_string(network_.num_actions - 1));
+  }
+}
+
+void PqnLoop::mirror_half(const PqnParts& parts, const Mirror& mirror) {
+  constexpr std::size_t size = engine::kObservationSize;
+  const std::size_t num_envs = parts.environments.landers.size();
+  chosen_.resize(num_envs);
+  for (char& chosen : chosen_) chosen = draw_uniform(parts.replay) < 0.5;
+  const RolloutSteps& rollout = parts.rollout;
+  for (std::size_t at = 0; at < num_stored(parts); ++at) {
+    if (!chosen_[at % num_envs]) continue;
+    std::int32_t& action = rollout.a_tm1[at];
+    action = mirror.actions[static_cast<std::size_t>(action)];
+    for (float* observation : {rollout.o_tm1 + at * size, rollout.o_t + at * size}) {
+      std::array<float, size> seen;
+      std::copy_n(observation, size, seen.begin());
+      mirror.reflect(seen.data(), observation);
+    }
+  }
 }
 
 std::size_t PqnLoop::batch_size() const {
@@ -61,8 +101,7 @@ std::size_t PqnLoop::batch_size() const {
 }
 
 void PqnLoop::draw_order(const PqnParts& parts) {
-  drawn_.resize(static_cast<std::size_t>(settings_.rollout.rollout_steps) *
-                parts.environments.landers.size());
+  drawn_.resize(num_stored(parts));
   const auto whole =
       static_cast<std::ptrdiff_t>(batch_size()) * settings_.rollout.minibatches;  // of the batches
   order_.clear();
@@ -99,12 +138,6 @@ void PqnLoop::compute_targets(const PqnParts& parts) {
 
 fused::Metrics PqnLoop::fit(const PqnParts& parts, Counts& counts) {
   const RolloutSteps& rollout = parts.rollout;
-  for (std::size_t at = 0; at < drawn_.size(); ++at) {
-    if (rollout.a_tm1[at] >= 0 && rollout.a_tm1[at] < network_.num_actions) continue;
-    throw std::invalid_argument("a step of the rollout has action " +
-                                std::to_string(rollout.a_tm1[at]) + ": must be from 0 to " +
-                                std::to_string(network_.num_actions - 1));
-  }
   const auto count = static_cast<std::size_t>(settings_.rollout.epochs) *
                      static_cast<std::size_t>(settings_.rollout.minibatches);
   rates_.resize(count);

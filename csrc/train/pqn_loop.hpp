@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "fused/block.hpp"
@@ -16,6 +17,7 @@
 #include "train/draws.hpp"
 #include "train/environments.hpp"
 #include "train/interaction.hpp"
+#include "train/mirror.hpp"
 #include "train/settings.hpp"
 
 namespace touchdown::train {
@@ -36,6 +38,7 @@ struct PqnParts {
   Episodes episodes;
   RolloutSteps rollout;
   fused::Learner learner;  // without a target
+  float* average;          // [P], of the online parameters; null: none
   float* q;                // [N][A]
   const BitGenerator& exploration;
   const BitGenerator& replay;  // orders the minibatches
@@ -43,8 +46,13 @@ struct PqnParts {
 
 class PqnLoop {
  public:
-  PqnLoop(const Settings& settings, const fused::Network& network)
-      : settings_(settings), network_(network), interaction_(settings, network) {}
+  // With a `mirror`, each rollout has images of some environments' steps instead of the steps.
+  PqnLoop(const Settings& settings, const fused::Network& network,
+          std::optional<Mirror> mirror = std::nullopt)
+      : settings_(settings),
+        network_(network),
+        mirror_(std::move(mirror)),
+        interaction_(settings, network) {}
 
   const Settings& settings() const { return settings_; }
   const fused::Network& network() const { return network_; }
@@ -60,16 +68,24 @@ class PqnLoop {
   void store(const PqnParts& parts, std::size_t i, bool truncated, const Counts& counts) const;
   // Learns from the rollout if it is complete.
   Learnt learn(const PqnParts& parts, Counts& counts);
+  // Refuses a rollout with an action that the network does not have.
+  void check_actions(const PqnParts& parts) const;
+  // Replaces the steps of some environments, half of them on average, by their images.
+  void mirror_half(const PqnParts& parts, const Mirror& mirror);
   // Gₜ = r + γ·[λ·Gₜ₊₁ + (1 − λ)·maxₐ Q(s′,a)] of each step of a complete rollout.
   void compute_targets(const PqnParts& parts);
   // The minibatches of all epochs.
   void draw_order(const PqnParts& parts);
   fused::Metrics fit(const PqnParts& parts, Counts& counts);
   std::size_t batch_size() const;
+  // The steps of a complete rollout, T·N.
+  std::size_t num_stored(const PqnParts& parts) const;
 
   Settings settings_;
   fused::Network network_;
+  std::optional<Mirror> mirror_;
   Interaction interaction_;
+  std::vector<char> chosen_;         // [N], whose steps are mirrored
   std::vector<float> q_t_;           // [T·N][A]
   std::vector<float> best_;          // [T·N]
   std::vector<float> targets_;       // [T·N]

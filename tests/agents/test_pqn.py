@@ -10,6 +10,7 @@ from stepping import fly
 from touchdown.agents.learners.factory import make_learner
 from touchdown.agents.planning import read_model, value_iteration
 from touchdown.agents.pqn import PQNAgent
+from touchdown.agents.rollout import Rollout
 from touchdown.config.config import Config
 from touchdown.config.sections import (
     ExplorationConfig,
@@ -18,10 +19,13 @@ from touchdown.config.sections import (
     RolloutConfig,
     TrainingConfig,
 )
+from touchdown.core.errors import UserError
 from touchdown.core.seeding import streams
-from touchdown.core.types import Spaces, StepResult
+from touchdown.core.types import Mirror, Spaces, StepResult
 
-SPACES = Spaces(observation_size=5, num_actions=2)
+# the first two numbers of an observation swap, the third changes sign; the actions swap
+MIRROR = Mirror(order=(1, 0, 2, 3, 4), signs=(1.0, 1.0, -1.0, 1.0, 1.0), actions=(1, 0))
+SPACES = Spaces(observation_size=5, num_actions=2, mirror=MIRROR)
 NUM_ENVS = 4
 SEEN = np.eye(5, dtype=np.float32)
 
@@ -162,3 +166,59 @@ def test_the_values_of_the_next_actions_are_those_computed_apart():
     assert agent._actor.next_q is not None
     apart = agent.learner.values(rows[-1], 0)
     assert_allclose(agent._actor.next_q, apart, rtol=1e-4, atol=1e-5)
+
+
+def test_each_environment_learns_from_its_steps_or_from_all_their_images(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    agent, rows = new_pqn(rollout={"mirror_half": True}), random_rows(81)
+    learned = []
+    fit = agent.learner.fit_rollout
+
+    def noted(rollout: Rollout, *rest: Any) -> Any:
+        learned.append(copy.deepcopy(rollout))
+        return fit(rollout, *rest)
+
+    monkeypatch.setattr(agent.learner, "fit_rollout", noted)
+    acted = [np.frombuffer(each, np.int64) for each in feed(agent, rows)]
+    assert len(learned) == 10
+    images = 0
+    for number, rollout in enumerate(learned):
+        first = 8 * number
+        o_tm1, o_t = rows[first : first + 8], rows[first + 1 : first + 9]
+        a_tm1 = np.array(acted[first : first + 8])
+        for env in range(NUM_ENVS):
+            is_image = not np.array_equal(rollout.o_t[:, env], o_t[:, env])
+            images += is_image
+            seen = [o_tm1[:, env], o_t[:, env], a_tm1[:, env]]
+            if is_image:
+                seen = [
+                    seen[0][:, [1, 0, 2, 3, 4]] * [1, 1, -1, 1, 1],
+                    seen[1][:, [1, 0, 2, 3, 4]] * [1, 1, -1, 1, 1],
+                    1 - seen[2],
+                ]
+            assert_array_equal(rollout.o_tm1[:, env], seen[0])
+            assert_array_equal(rollout.o_t[:, env], seen[1])
+            assert_array_equal(rollout.a_tm1[:, env], seen[2])
+        assert_array_equal(rollout.r_t, o_t[..., 0])  # a reward is that of its image
+    assert 10 <= images <= 30  # of 40
+
+
+def test_images_need_a_symmetry():
+    config = Config(algorithm="pqn", rollout=RolloutConfig(mirror_half=True))
+    spaces = Spaces(observation_size=5, num_actions=2)
+    with pytest.raises(UserError, match=r"mirror_half = True.*declares no mirror symmetry"):
+        PQNAgent(config, spaces, streams(0), make_learner(config, spaces))
+
+
+def test_the_policy_is_the_average_of_the_weights_after_each_rollout(chain):
+    agent = new_pqn(learning={"averaging": 0.25})
+    average, before = online(agent), 0
+    for _ in islice(fly(agent, *(chain() for _ in range(NUM_ENVS))), 50):
+        if agent.updates > before:
+            average += np.float32(0.25) * (online(agent) - average)
+            before = agent.updates
+    assert before == 4 * 6
+    layers = agent.learner.model.layers(average)
+    for name, weights in agent.weights().items():
+        assert_array_equal(weights, layers[name])

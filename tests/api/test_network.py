@@ -32,6 +32,7 @@ def test_nothing_connects_and_nothing_listens(tmp_path, monkeypatch):
         touchdown.export(run, out="onnx")
         touchdown.evaluate("onnx/cartpole-0.onnx", env_id="CartPole-v1", episodes=1)
         touchdown.compare([run])
+        touchdown.play("pid", browser=False)
     finally:
         watching = False
     # a path names a socket within this machine; a host and a port, one of a network

@@ -28,6 +28,7 @@ def test_dqn_and_pqn_with_fused_updates_on_the_exact_engine_are_compiled():
     settings = {"double": True, "polyak": 0.1, "loss": "huber", "n_step": 3}
     assert why_python(with_("learning", **settings)) is None
     assert why_python(with_("learning", averaging=0.01)) is None
+    assert why_python(with_("learning", target="sarsa")) is None
     assert why_python(with_("replay", resaves=3, mirrored=True)) is None
     assert why_python(with_("training", num_envs=3)) is None
 
@@ -40,7 +41,6 @@ def test_dqn_and_pqn_with_fused_updates_on_the_exact_engine_are_compiled():
         (Config(), "backend = 'jax'"),
         (with_("learning", backend="auto", optimizer="sgd"), "backend = 'jax'"),
         (replace(FUSED, env_id="CartPole-v1"), "env_id = 'CartPole-v1'"),
-        (with_("learning", target="sarsa"), "target = 'sarsa'"),
     ],
 )
 def test_what_the_compiled_loop_does_not_support_is_the_reason(config, reason):

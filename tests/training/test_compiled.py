@@ -144,6 +144,17 @@ SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
         "replay": {"prioritized": True},
         "training": {"num_envs": 3},
     },
+    "SARSA": {"learning": {"target": "sarsa"}},
+    "SARSA of three, three steps, re-saves": {
+        "learning": {"target": "sarsa", "n_step": 3, "target_period": 30},
+        "replay": {"resaves": 2, "resave_threshold": 0.5, "prioritized": True, "capacity": 97},
+        "training": {"num_envs": 3},
+    },
+    "SARSA with noise and mirror images": {
+        "network": {"noisy": True},
+        "learning": {"target": "sarsa", "n_step": 2},
+        "replay": {"mirrored": True},
+    },
     "PQN": {"rollout": {}},
     "PQN of three, scaled rewards": {
         "rollout": {"trace_decay": 0.5},
@@ -155,6 +166,11 @@ SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
         "learning": {"learning_rate_duration": 300},
         "network": {"dueling": True},
         "training": {"num_envs": 40},
+    },
+    "PQN of seven, mirror images, averaged weights": {
+        "rollout": {"mirror_half": True, "rollout_steps": 4},
+        "learning": {"averaging": 0.01},
+        "training": {"num_envs": 7},
     },
     "PQN with weights that are no numbers": {"rollout": {}, "learning": {"learning_rate": 1e30}},
 }
@@ -253,9 +269,16 @@ def test_the_compiled_loop_yields_after_at_most_fifty_steps_of_the_first_environ
         assert step.num_steps == after - before or after == 0
 
 
+@pytest.mark.parametrize("epsilon", [0.0, 1.0])
+@pytest.mark.parametrize("noisy", [False, True])
+@pytest.mark.parametrize("target", ["q-learning", "sarsa"])
 @pytest.mark.parametrize("n_step", [1, 3])
-def test_an_episode_that_times_out_bootstraps_in_both_loops(n_step):
-    config = config_of(learning={"update_period": 10**6, "n_step": n_step})
+def test_an_episode_that_times_out_bootstraps_in_both_loops(n_step, target, noisy, epsilon):
+    config = config_of(
+        network={"noisy": noisy},
+        exploration={"schedule": "constant", "epsilon_start": epsilon},
+        learning={"update_period": 10**6, "n_step": n_step, "target": target},
+    )
     twins = [twin(config, compiled=compiled) for compiled in (True, False)]
     for each in twins:
         each.pool.steps[0] = each.underway.steps[0] = 999  # a long flight is not needed
@@ -338,6 +361,7 @@ def contents(folder: RunFolder) -> dict[str, Any]:
             "training": {"num_envs": 3},
         },
         {"network": {"noisy": True}, "learning": {"update_period": 4}},
+        {"learning": {"target": "sarsa", "n_step": 3}, "training": {"num_envs": 3}},
         {"rollout": {}, "training": {"num_envs": 3}},
     ],
 )

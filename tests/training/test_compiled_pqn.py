@@ -164,3 +164,9 @@ def test_another_learner_than_the_fused_one_is_refused():
     agent = make_agent(config, pool.spaces, generators)
     with pytest.raises(TypeError, match="the compiled loop needs a FusedLearner, got"):
         CompiledPQN(agent, pool, generators, config)
+
+
+def test_averaging_needs_an_average_to_write_to():
+    arguments = Arguments()
+    with pytest.raises(ValueError, match="average = None: must be given"):
+        arguments.advance(arguments.loop(averaging=0.1))

@@ -130,10 +130,25 @@ def test_a_shared_link_repeats_the_flight_to_the_last_bit(opened: Open):
         assert hash_of(tab) == link  # its check is a digest of every bit of the last moments
         assert tab.locator(".scores tbody tr").count() == 0  # it is somebody else's
         assert tab.get_by_role("slider", name="Wind").get_attribute("aria-valuetext") == "12.0"
-    with opened(link.replace("faults=0.1", "faults=0.4")) as tab:
+
+
+def test_a_flight_that_goes_differently_is_noted_unless_its_reader_takes_over(opened: Open):
+    # main engine for 15 steps, nothing for 40, and the check of some other flight
+    link = "#start=12&pilot=you&autopilot=ace&flight=ZJEC&check=other"
+    with opened(link) as tab:
+        fly_fast(tab)
+        expect(tab.locator("p[role=status]")).to_contain_text("Your turn")
+        tab.keyboard.down("ArrowLeft")
+        wait_until_over(tab)
+        tab.keyboard.up("ArrowLeft")
+        assert not status_of(tab).endswith("It went differently where it was shared.")
+        whole = hash_of(tab)
+        assert tab.locator(".scores tbody tr").count() == 1  # it is the reader's now
+    with opened(whole.replace("check=", "check=other")) as tab:
         fly_fast(tab)
         wait_until_over(tab)
         assert status_of(tab).endswith("It went differently where it was shared.")
+        assert tab.locator(".scores tbody tr").count() == 0
 
 
 def test_a_flight_pauses_steps_rewinds_and_goes_on(opened: Open):

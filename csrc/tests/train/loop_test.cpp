@@ -218,6 +218,32 @@ TEST("a transition of three steps has the discounted sum of their rewards") {
   CHECK_EQUAL(training.records[36 * kRecord + at.discount_t], 0.5f);
 }
 
+TEST("a transition of SARSA has the action after it") {
+  Settings settings = small_settings();
+  settings.rule.sarsa = true;
+  settings.min_size = 1000;
+  Training training(settings);
+  const auto at = fused::transition_fields(engine::kObservationSize);
+  const auto action_at = [&](std::size_t record, std::size_t field) {
+    std::int32_t action = 0;
+    std::memcpy(&action, training.records.data() + record * kRecord + field, sizeof(action));
+    return static_cast<std::int64_t>(action);
+  };
+  training.advance(1);
+  CHECK_EQUAL(training.counts.added, 0);
+  CHECK_EQUAL(training.window_lengths[0], 1);
+  for (std::size_t step = 1; step < 20; ++step) {
+    const auto before = training.actions;
+    training.advance(1);
+    CHECK_EQUAL(action_at(2 * step - 2, at.a_tm1), before[0]);
+    CHECK_EQUAL(action_at(2 * step - 2, at.a_t), training.actions[0]);
+  }
+  CHECK(training.counts.ended);  // at the time limit: the last transitions need no further step
+  CHECK_EQUAL(training.counts.added, 40);
+  CHECK_EQUAL(training.window_lengths[0], 0);
+  CHECK_EQUAL(training.records[39 * kRecord + at.discount_t], 0.5f);
+}
+
 TEST("an action that the network does not have is refused") {
   Training training;
   const std::int32_t wrong = 4;

@@ -114,6 +114,10 @@ inline void check_learner(const LearnerArrays& learner, const fused::Network& ne
   if (learner.average) need(learner.average->shape(0), size, "average");
 }
 
+inline void need_average(const LearnerArrays& learner, const Settings& settings) {
+  if (settings.averaging > 0.0 && !learner.average) refuse("average = None: must be given");
+}
+
 inline void check_values(const engine::Batch& batch, const Matrix<float>& q) {
   need_rows(batch, q.shape(0), "q");
   need(q.shape(1), static_cast<std::size_t>(engine::kNumActions), "a row of q");
@@ -200,11 +204,12 @@ class PythonLoop {
     need(windows.o_tm1.shape(1), static_cast<std::size_t>(n), "o_tm1 of a window");
     need(windows.a_tm1.shape(1), static_cast<std::size_t>(n), "a_tm1 of a window");
     need(windows.r_t.shape(1), static_cast<std::size_t>(n), "r_t of a window");
+    const std::int64_t most = loop_.settings().rule.sarsa ? n : n - 1;
     for (std::size_t i = 0; i < batch_.landers.size(); ++i) {
       const std::int64_t length = windows.lengths(i);
-      if (length < 0 || length >= n) {
+      if (length < 0 || length > most) {
         refuse("the window of environment " + std::to_string(i) + " holds " +
-               std::to_string(length) + " steps: must be from 0 to " + std::to_string(n - 1));
+               std::to_string(length) + " steps: must be from 0 to " + std::to_string(most));
       }
       for (std::int64_t k = 0; k < length; ++k) {
         const std::int32_t action = windows.a_tm1(i, static_cast<std::size_t>(k));
@@ -222,7 +227,7 @@ class PythonLoop {
     const bool needs_target =
         settings.rule.double_q || settings.rule.polyak > 0.0f || settings.target_period > 0;
     if (needs_target && !learner.target) refuse("target = None: must be given");
-    if (settings.averaging > 0.0 && !learner.average) refuse("average = None: must be given");
+    need_average(learner, settings);
   }
 
   engine::Batch& batch_;

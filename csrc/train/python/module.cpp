@@ -88,6 +88,7 @@ void bind_settings(nb::module_& m) {
   def_part<&Settings::rollout, &RolloutSettings::trace_decay>(settings, "trace_decay");
   def_part<&Settings::rule, &fused::Rule::huber>(settings, "huber");
   def_part<&Settings::rule, &fused::Rule::double_q>(settings, "double");
+  def_part<&Settings::rule, &fused::Rule::sarsa>(settings, "sarsa");
   def_part<&Settings::rule, &fused::Rule::reward_scale>(settings, "reward_scale");
   def_part<&Settings::rule, &fused::Rule::max_grad_norm>(settings, "max_grad_norm");
   def_part<&Settings::rule, &fused::Rule::polyak>(settings, "polyak");
@@ -158,9 +159,10 @@ NB_MODULE(_train, m) {
            "q"_a.noconvert());
   nb::class_<PythonPqnLoop>(m, "PqnLoop")
       .def(nb::init<engine::Batch&, const nb::object&, const nb::object&, const Settings&,
-                    const fused::Network&>(),
+                    const fused::Network&, const std::optional<MirrorTuple>&>(),
            "batch"_a, "exploration"_a, "replay"_a, "settings"_a, "network"_a,
-           nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(), nb::keep_alive<1, 4>())
+           "mirror"_a = nb::none(), nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
+           nb::keep_alive<1, 4>())
       .def("advance", &PythonPqnLoop::advance, "max_steps"_a, "counts"_a, "pool"_a, "episodes"_a,
            "rollout"_a, "learner"_a, "q"_a.noconvert());
   nb::class_<PythonRollout>(m, "Rollout")

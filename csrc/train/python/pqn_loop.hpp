@@ -32,11 +32,12 @@ struct RolloutArrays {
 class PythonPqnLoop {
  public:
   PythonPqnLoop(engine::Batch& batch, const nb::object& exploration, const nb::object& replay,
-                const Settings& settings, const fused::Network& network)
+                const Settings& settings, const fused::Network& network,
+                const std::optional<MirrorTuple>& mirror)
       : batch_(batch),
         exploration_(generator_of(exploration)),
         replay_(generator_of(replay)),
-        loop_(checked(settings), of_landers(network)) {
+        loop_(checked(settings), of_landers(network), checked(mirror)) {
     if (network.prediction.kind != fused::Prediction::kMean) {
       refuse("a network that predicts quantiles or atoms: must predict values");
     }
@@ -82,6 +83,7 @@ class PythonPqnLoop {
     check_part(rollout.terminated, "terminated of the rollout");
     check_part(rollout.truncated, "truncated of the rollout");
     check_learner(learner, loop_.network());
+    need_average(learner, loop_.settings());
     check_values(batch_, q);
     const PqnParts parts{.environments = environments_of(batch_, pool),
                          .episodes = episodes_of(episodes),
@@ -94,6 +96,7 @@ class PythonPqnLoop {
                          .learner = {.online = learner.online.data(),
                                      .mu = learner.mu.data(),
                                      .nu = learner.nu.data()},
+                         .average = learner.average ? learner.average->data() : nullptr,
                          .q = q.data(),
                          .exploration = exploration_,
                          .replay = replay_};

@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from touchdown.agents.actor import periods_crossed
 from touchdown.agents.learner_agent import LearnerAgent
-from touchdown.agents.learners.learner import Learner, Metrics, check_tensors
+from touchdown.agents.learners.learner import Learner, Metrics
 from touchdown.config.config import Config
 from touchdown.config.sections import ReplayConfig
 from touchdown.core import records
 from touchdown.core.records import Count
 from touchdown.core.seeding import Streams
-from touchdown.core.types import FloatArray, IntArray, Spaces, StepResult, Tensors
+from touchdown.core.types import FloatArray, IntArray, Spaces, StepResult
 from touchdown.replay import n_step
 from touchdown.replay.mirrored import mirror_of
 from touchdown.replay.n_step import NStep
@@ -54,10 +54,6 @@ class DQNAgent(LearnerAgent):
             NStep(learning.n_step, learning.gamma, needs_next_action=learning.target == "sarsa")
             for _ in range(config.training.num_envs)
         ]
-        self.average: NDArray[np.float32] | None = None
-        """The average of the online weights, [P]; None if the config asks for none."""
-        if learning.averaging:
-            self.average = np.array(learner.state.online_params)
 
     def act(self, observations: FloatArray) -> IntArray:
         """ε-greedy actions (Algorithm 2, line 4), with noisy weights if the network has them.
@@ -127,9 +123,7 @@ class DQNAgent(LearnerAgent):
         metrics, td_errors, self._actor.next_q = self.learner.update(
             _packed(samples), _weights(samples), next_observations, before, measured=measured
         )
-        if self.average is not None:
-            online = np.asarray(self.learner.state.online_params)
-            self.average += np.float32(self._config.learning.averaging) * (online - self.average)
+        self._add_to_average()
         if samples[0].weights is not None:
             errors: FloatArray = np.asarray(td_errors)
             for sample, td_error in zip(samples, errors, strict=True):
@@ -145,20 +139,13 @@ class DQNAgent(LearnerAgent):
             "terminal_share": shares.terminal,
         }
 
-    def weights(self) -> Tensors:
-        """The parameters by name: the average of the online network's, or a copy of them."""
-        return super().weights() if self.average is None else self._named(self.average)
-
     def state(self) -> dict[str, Any]:
         """The learner's state, the replay memory, unfinished n-step returns, and the actor's."""
-        average = {} if self.average is None else {"average": {"params": self.average.copy()}}
         return {
-            **average,
-            "learner": self.learner.tensors(),
+            **super().state(),
             "memory": self.replay.tensors(),
             "n_step": n_step.tensors_of(self.n_steps),
             "memory_added": self.replay.ring.added,
-            **self._actor.state(),
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
@@ -170,14 +157,9 @@ class DQNAgent(LearnerAgent):
             ValueError: something does not fit.
         """
         records.check(state["memory_added"], Count, "agent.memory_added")
-        if self.average is not None:
-            average = state["average"]["params"]
-            check_tensors({"average": average}, {"average": self.average})
-            self.average[...] = average
-        self.learner.restore(state["learner"])
         self.replay.restore(state["memory"], state["memory_added"])
         n_step.restore(self.n_steps, state["n_step"])
-        self._actor.restore(state)
+        super().restore(state)
 
 
 def _packed(samples: list[Sample]) -> NDArray[np.float32]:

@@ -1,9 +1,13 @@
 """The part that agents with a learner share: DQN and PQN."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from touchdown.agents.actor import ActingAgent, Actor
-from touchdown.agents.learners.learner import Learner, Metrics
+from touchdown.agents.learners.learner import Learner, Metrics, check_tensors
 from touchdown.config.config import Config
 from touchdown.core.seeding import Streams
 from touchdown.core.types import FloatArray, Policy, Spaces, Tensors
@@ -24,10 +28,40 @@ class LearnerAgent(ActingAgent):
         self._config = config
         self._rng = streams.replay
         self.learner = learner
+        self.average: NDArray[np.float32] | None = None
+        """The average of the online weights, [P]; None if the config asks for none."""
+        if config.learning.averaging:
+            self.average = np.array(learner.state.online_params)
+
+    def _add_to_average(self) -> None:
+        if self.average is not None:
+            online = np.asarray(self.learner.state.online_params)
+            self.average += np.float32(self._config.learning.averaging) * (online - self.average)
 
     def weights(self) -> Tensors:
-        """The online network's parameters by name: copies, as later updates change them."""
-        return self._named(np.asarray(self.learner.state.online_params))
+        """The parameters by name, as copies: their average, or the online network's."""
+        online = self.learner.state.online_params
+        return self._named(np.asarray(online) if self.average is None else self.average)
+
+    def state(self) -> dict[str, Any]:
+        """The learner's state, the average, and the actor's."""
+        average = {} if self.average is None else {"average": {"params": self.average.copy()}}
+        return {**average, "learner": self.learner.tensors(), **self._actor.state()}
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Restore what `state` returned.
+
+        Raises:
+            KeyError: something is missing.
+            TypeError: something has the wrong type.
+            ValueError: something does not fit.
+        """
+        if self.average is not None:
+            average = state["average"]["params"]
+            check_tensors({"average": average}, {"average": self.average})
+            self.average[...] = average
+        self.learner.restore(state["learner"])
+        self._actor.restore(state)
 
     def _named(self, params: FloatArray) -> Tensors:
         """Copies of flat parameters [P] by name."""

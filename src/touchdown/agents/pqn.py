@@ -17,6 +17,7 @@ from touchdown.core import records
 from touchdown.core.records import Count
 from touchdown.core.seeding import Streams
 from touchdown.core.types import FloatArray, IntArray, Spaces, StepResult
+from touchdown.replay.mirrored import Mirrored, mirror_of
 
 
 class PQNAgent(LearnerAgent):
@@ -44,6 +45,8 @@ class PQNAgent(LearnerAgent):
         """The current rollout, in arrays of NumPy."""
         self.num_filled = 0
         """Its steps so far."""
+        self.mirror = mirror_of(config, spaces)
+        self._mirrored = self.mirror and Mirrored(self.mirror)
 
     def act(self, observations: FloatArray) -> IntArray:
         """ε-greedy actions: [N, D] to [N]."""
@@ -77,6 +80,8 @@ class PQNAgent(LearnerAgent):
 
     def _learn(self, next_observations: FloatArray) -> dict[str, float] | None:
         config = self._config.rollout
+        if self._mirrored is not None:
+            self._mirror_half(self._mirrored)
         size = self.rollout.r_t.size
         orders = [
             self._rng.permutation(size)[: size - size % config.minibatches]
@@ -88,17 +93,27 @@ class PQNAgent(LearnerAgent):
         )
         before = self._actor.updates
         self._actor.updates += len(order)
+        self._add_to_average()
         if not self._actor.metrics_due(before):
             return None
         return self.measured(metrics)
 
+    def _mirror_half(self, mirrored: Mirrored) -> None:
+        """Replace the steps of some environments, half of them on average, by their images."""
+        chosen = self._rng.random(self._config.training.num_envs) < 0.5
+        for stored, image_of in (
+            (self.rollout.o_tm1, mirrored.observations),
+            (self.rollout.a_tm1, mirrored.actions),
+            (self.rollout.o_t, mirrored.observations),
+        ):
+            stored[:, chosen] = image_of(stored[:, chosen])
+
     def state(self) -> dict[str, Any]:
         """The learner's state, the unfinished rollout, and the actor's."""
         return {
-            "learner": self.learner.tensors(),
+            **super().state(),
             "rollout": self.rollout._asdict(),
             "filled": self.num_filled,
-            **self._actor.state(),
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
@@ -110,11 +125,10 @@ class PQNAgent(LearnerAgent):
             ValueError: something does not fit.
         """
         records.check(state["filled"], Count, "agent.filled")
-        self.learner.restore(state["learner"])
         for name, part in self.rollout._asdict().items():
             part[:] = state["rollout"][name]
         steps = self._config.rollout.rollout_steps
         if state["filled"] >= steps:  # the agent would have learned from a complete rollout
             raise ValueError(f"agent.filled = {state['filled']}: must be less than {steps} steps")
-        self._actor.restore(state)
+        super().restore(state)
         self.num_filled = int(state["filled"])

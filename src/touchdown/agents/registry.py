@@ -26,10 +26,10 @@ def check_fits(config: Config, spaces: Spaces) -> None:
 
     Raises:
         UserError: a table's bins do not fit the environment, value iteration has no model, the
-            replay memory needs a mirror symmetry that the environment lacks, or a user's agent
+            agent needs a mirror symmetry that the environment lacks, or a user's agent
             cannot be made with the config's options.
     """
-    if config.algorithm == "dqn":
+    if config.algorithm in ("dqn", "pqn"):
         mirror_of(config, spaces)
     elif config.algorithm in ("tabular", "value-iteration"):
         plan_of(config, spaces)

@@ -45,6 +45,7 @@ _USED: dict[str, dict[str, frozenset[str] | None]] = {
                 "loss",
                 "reward_scale",
                 "max_grad_norm",
+                "averaging",
                 *_STEP_SIZE,
             }
         ),

@@ -184,9 +184,9 @@ class LearningConfig:
     (Lillicrap et al., 2016); 0 disables it. Excludes target_period; if both are 0, there is no
     target network."""
     averaging: Annotated[float, Meta(ge=0, le=1, description="from 0 (none) to 1")] = 0.0
-    """Weight averaging: fraction of the online weights mixed into their average after each step
-    with updates (after Izmailov et al., 2018). The average is validated, tested and saved, while
-    the online weights explore and learn; 0 uses the online weights for everything."""
+    """Weight averaging: fraction of the online weights mixed into their average after each step or
+    rollout with updates (after Izmailov et al., 2018). The average is validated, tested and saved,
+    while the online weights explore and learn; 0 uses the online weights for everything."""
     double: bool = False
     """Double Q-learning: the online network selects the next action and the target network
     evaluates it (van Hasselt et al., 2016)."""
@@ -255,6 +255,9 @@ class RolloutConfig:
     """Minibatches per pass, with one update each."""
     trace_decay: Share = 0.65
     """λ of the λ-returns: 0 bootstraps after one step, 1 at the end of the rollout."""
+    mirror_half: bool = False
+    """Learn from the mirror image of every second environment's steps, chosen at random in each
+    rollout; the environment must declare its mirror symmetry (after van der Pol et al., 2020)."""
 
     def __post_init__(self) -> None:
         settle(self)

@@ -34,6 +34,4 @@ def _unsupported(config: Config) -> str | None:
         return f"algorithm = {config.algorithm!r}"
     if (backend := backend_of(config)) != "fused":
         return f"backend = {backend!r}"
-    if config.learning.target != "q-learning":
-        return f"target = {config.learning.target!r}"
     return None if is_lander(config.env_id) else f"env_id = {config.env_id!r}"

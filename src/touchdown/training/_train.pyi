@@ -30,6 +30,7 @@ class Settings:
     batch_size: int
     huber: bool
     double: bool
+    sarsa: bool
     reward_scale: float
     max_grad_norm: float
     polyak: float
@@ -169,6 +170,7 @@ class PqnLoop:
         replay: BitGenerator,
         settings: Settings,
         network: Network,
+        mirror: tuple[Sequence[int], Sequence[float], Sequence[int]] | None = None,
     ) -> None: ...
     def advance(
         self,

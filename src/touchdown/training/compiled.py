@@ -68,9 +68,10 @@ class CompiledLoop:
         )
         self._module = _train
         self._shared = SharedCounts(agent, len(pool.actions))
-        self._windows = Windows.empty(
-            len(pool.actions), config.learning.n_step, rules.OBSERVATION_SIZE
-        )
+        learning = config.learning
+        self._waits = learning.n_step > 1 or learning.target == "sarsa"
+        """Whether a step is in no transition before the next one."""
+        self._windows = Windows.empty(len(pool.actions), learning.n_step, rules.OBSERVATION_SIZE)
 
     def interact(self, start_of: Callable[[int], int], underway: Underway) -> Iterator[AgentStep]:
         """The steps of `loop.interact`, of which only some are yielded; see `compiled_steps`.
@@ -94,8 +95,7 @@ class CompiledLoop:
         state, arrays = self._learner.state, self._module
         shared.read()
         counts.added = ring.added
-        several = self._windows.a_tm1.shape[1] > 1  # otherwise no step waits for another
-        if several:
+        if self._waits:
             self._windows.read(self._agent.n_steps)
         priorities = self._agent.replay.priorities
         if priorities is not None:
@@ -124,7 +124,7 @@ class CompiledLoop:
             priorities.max_priority = counts.max_priority
             priorities.num_batches = counts.num_batches
         shared.write()
-        if several:
+        if self._waits:
             self._windows.write(self._agent.n_steps, underway.observations)
         ring.wrote(counts.added - ring.added)
         return metrics

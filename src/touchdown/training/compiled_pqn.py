@@ -25,7 +25,7 @@ from touchdown.training.loop import AgentStep
 _SETTINGS = {
     "learning": (
         *("gamma", "learning_rate", "learning_rate_end", "learning_rate_duration"),
-        *("reward_scale", "max_grad_norm"),
+        *("reward_scale", "max_grad_norm", "averaging"),
     ),
     "rollout": ("rollout_steps", "epochs", "minibatches", "trace_decay"),
 }
@@ -54,6 +54,7 @@ class CompiledPQN:
             *bit_generators,
             settings_of(config, _SETTINGS),
             self._learner.model.perceptron.network,
+            agent.mirror,
         )
         self._module = _train
         self._shared = SharedCounts(agent, len(pool.actions))
@@ -87,7 +88,7 @@ class CompiledPQN:
                 pool_arrays(self._pool),
                 episode_arrays(underway),
                 arrays.RolloutArrays(*agent.rollout),
-                arrays.LearnerArrays(state.online_params, None, state.mu, state.nu),
+                arrays.LearnerArrays(state.online_params, None, state.mu, state.nu, agent.average),
                 shared.next_q,
             )
         agent.num_filled = shared.counts.filled

@@ -38,6 +38,7 @@ def settings_of(config: Config, names: Mapping[str, Sequence[str]]) -> "_train.S
         for name in several:
             setattr(settings, name, getattr(getattr(config, section), name))
     settings.huber = config.learning.loss == "huber"
+    settings.sarsa = config.learning.target == "sarsa"
     settings.max_episode_steps = rules.MAX_EPISODE_STEPS
     settings.seed = config.seed
     return settings

@@ -70,7 +70,10 @@ class Playground {
       next: inGame(() => this.panel.drawStart()),
       fly: inGame(() => this.begin(this.byHand())),
       watch: inGame(() => this.begin({ ...game.setup, byHand: false })),
-      autopilot: inGame(() => game.toggleAutopilot()),
+      autopilot: inGame(() => {
+        this.expected = null;
+        game.toggleAutopilot();
+      }),
       view: () => this.turnView(),
       share: () => void this.share(),
       clear: () => {
@@ -146,6 +149,7 @@ class Playground {
       this.endDemo();
       this.begin(this.byHand());
     }
+    this.expected = null; // it is another flight now
     this.game.takeOver();
   }
 
@@ -194,8 +198,10 @@ class Playground {
   }
 
   writeAddress() {
+    const address = `#${this.link()}`;
+    if (address === location.hash) return;
     try {
-      history.replaceState(null, "", `#${this.link()}`);
+      history.replaceState(null, "", address);
     } catch {
       // a browser may forbid it to a file, or after many changes
     }
