@@ -35,6 +35,9 @@ export function outcomeColour(/** @type {Colours} */ colours, /** @type {string}
   return colours.blue;
 }
 
+/** Colours of their own that there are; of more runs, those alike but for the seed share one. */
+export const MOST_COLOURS = 6;
+
 /**
  * A colour of its own for each group.
  * @param {Colours} colours
@@ -43,7 +46,7 @@ export function outcomeColour(/** @type {Colours} */ colours, /** @type {string}
  */
 export function groupColour(colours, index, count) {
   const own = [colours.blue, colours.red, colours.green, colours.purple, colours.orange, colours.brand];
-  if (count <= own.length) return own[index] ?? colours.blue;
+  if (count <= MOST_COLOURS) return own[index] ?? colours.blue;
   return `hsl(${Math.round((360 * index) / count)} 65% 50%)`;
 }
 

@@ -6,7 +6,7 @@ import { Films } from "touchdown/watch-films.js";
 import { RunHistory } from "touchdown/watch-history.js";
 import { onClick } from "touchdown/watch-plot.js";
 import { openSource } from "touchdown/watch-source.js";
-import { groupColour, onTheme, readColours } from "touchdown/watch-theme.js";
+import { groupColour, MOST_COLOURS, onTheme, readColours } from "touchdown/watch-theme.js";
 
 /** @typedef {import("touchdown/watch-source.js").Connection} Connection */
 
@@ -41,7 +41,7 @@ export function start() {
   function view() {
     const all = [...histories.values()];
     const groups = [...new Set(all.map((each) => each.facts?.alike || each.key))];
-    const byGroup = groups.length < all.length;
+    const byGroup = groups.length < all.length && all.length > MOST_COLOURS;
     const runs = all.map((history, index) => {
       const at = byGroup ? groups.indexOf(history.facts?.alike || history.key) : index;
       return { history, colour: groupColour(colours, at, byGroup ? groups.length : all.length) };
