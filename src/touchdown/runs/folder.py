@@ -19,7 +19,7 @@ from touchdown.policies.names import BASELINES, OTHER_FILES, POLICY_FILES
 from touchdown.runs.provenance import provenance_of
 
 DEFAULT_RUNS = Path("runs")
-_LOCK_PAUSES = (0.01, 0.03, 0.1, 0.0)
+_LOCK_PAUSES = (0.01, 0.03, 0.1, 0.3, 0.0)
 """Seconds between attempts to lock a run, because `is_locked` may hold the lock for an instant."""
 
 
