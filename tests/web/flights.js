@@ -1,15 +1,15 @@
 // Flies episodes on the engine and records all that it says, to be compared with the native engine.
 import { base64, fromBase64 } from "tests/base64.js";
-import { loadEngine } from "touchdown/engine.js";
-import { HeuristicPolicy } from "touchdown/heuristic.js";
-import { PidPolicy } from "touchdown/pid.js";
-import { RandomPolicy } from "touchdown/random.js";
+import { loadEngine } from "touchdown/engine/engine.js";
+import { HeuristicPolicy } from "touchdown/policies/heuristic.js";
+import { PidPolicy } from "touchdown/policies/pid.js";
+import { RandomPolicy } from "touchdown/policies/random.js";
 
 /**
  * @typedef {object} Job
  * @property {"ace" | "heuristic" | "pid" | "random"} policy
  * @property {number} seed
- * @property {import("touchdown/lander.js").Settings} settings
+ * @property {import("touchdown/engine/lander.js").Settings} settings
  *
  * @typedef {object} Episode Arrays as bytes.
  * @property {Uint8Array} actions [T]
@@ -43,8 +43,8 @@ export async function fly(module, weights, jobs) {
 }
 
 /**
- * @param {import("touchdown/engine.js").Engine} engine
- * @param {import("touchdown/policy.js").Policy} policy
+ * @param {import("touchdown/engine/engine.js").Engine} engine
+ * @param {import("touchdown/policies/policy.js").Policy} policy
  * @param {Job} job
  * @returns {Episode}
  */

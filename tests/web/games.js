@@ -1,11 +1,11 @@
 // Plays the playground's games without a page.
 import { base64, fromBase64 } from "tests/base64.js";
-import { decodeCommands, encodeCommands } from "touchdown/commands.js";
-import { normalConditions, withFaults, withNoise } from "touchdown/conditions.js";
-import { loadEngine } from "touchdown/engine.js";
-import { Game } from "touchdown/game.js";
-import { checkOf, readLink, writeLink } from "touchdown/link.js";
-import { makePolicies } from "touchdown/pilots.js";
+import { decodeCommands, encodeCommands } from "touchdown/play/commands.js";
+import { normalConditions, withFaults, withNoise } from "touchdown/play/conditions.js";
+import { loadEngine } from "touchdown/engine/engine.js";
+import { Game } from "touchdown/play/game.js";
+import { checkOf, readLink, writeLink } from "touchdown/play/link.js";
+import { makePolicies } from "touchdown/policies/pilots.js";
 
 const POLICIES = /** @type {const} */ ([
   { name: "ace", kind: "network" },
@@ -96,7 +96,7 @@ function act(game, deed, number) {
 /**
  * @param {Game} game
  * @param {string[]} events
- * @param {import("touchdown/link.js").Setup} setup
+ * @param {import("touchdown/play/link.js").Setup} setup
  */
 function reportOf(game, events, setup) {
   const { flights, lead, step } = game.race;

@@ -40,9 +40,11 @@ def in_browser(browser: Browser, module: str, function: str, request: Any) -> An
     """What it answers on a page with our modules in an import map."""
     folders = {"touchdown": STATIC, "tests": HERE}
     imports = {
-        f"{prefix}/{path.name}": f"data:text/javascript;base64,{encoded(path)}"
+        f"{prefix}/{path.relative_to(folder).as_posix()}": (
+            f"data:text/javascript;base64,{encoded(path)}"
+        )
         for prefix, folder in folders.items()
-        for path in folder.glob("*.js")
+        for path in folder.rglob("*.js")
     }
     tab = browser.new_page()
     tab.set_content(f'<script type="importmap">{json.dumps({"imports": imports})}</script>')

@@ -1,9 +1,9 @@
 // Uses of a lander, each under the name of what it shows.
 import { fromBase64 } from "tests/base64.js";
-import { Engine, loadEngine } from "touchdown/engine.js";
-import { HeuristicPolicy } from "touchdown/heuristic.js";
+import { Engine, loadEngine } from "touchdown/engine/engine.js";
+import { HeuristicPolicy } from "touchdown/policies/heuristic.js";
 
-/** @import { Exports, Lander } from "touchdown/engine.js" */
+/** @import { Exports, Lander } from "touchdown/engine/engine.js" */
 
 /** @type {Record<string, (engine: Engine, memory: WebAssembly.Memory) => unknown>} */
 const USES = {

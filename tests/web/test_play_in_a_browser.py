@@ -201,7 +201,7 @@ def test_a_phone_is_held_with_two_thumbs(opened: Open):
         touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
         tab.get_by_role("button", name="Pause").tap()
         commands = tab.evaluate("""async () => {
-            const { readLink } = await import("touchdown/link.js");
+            const { readLink } = await import("touchdown/play/link.js");
             return readLink(location.hash).commands;
         }""")
         assert commands[5:15] == [5] * 10  # both engines, in turns

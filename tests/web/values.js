@@ -1,8 +1,8 @@
 // What a policy does for given observations.
 import { fromBase64 } from "tests/base64.js";
-import { loadEngine } from "touchdown/engine.js";
-import { HeuristicPolicy } from "touchdown/heuristic.js";
-import { PidPolicy, TUNED } from "touchdown/pid.js";
+import { loadEngine } from "touchdown/engine/engine.js";
+import { HeuristicPolicy } from "touchdown/policies/heuristic.js";
+import { PidPolicy, TUNED } from "touchdown/policies/pid.js";
 
 /** @param {number[][]} rows */
 function toObservations(rows) {

@@ -4,20 +4,20 @@ import json
 import re
 from base64 import b64encode
 from collections.abc import Mapping
-from importlib.resources import files as package_files
+from pathlib import Path
 from typing import Any
 
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-_STATIC = package_files("touchdown.web") / "static"
+_STATIC = Path(__file__).with_name("static")
 _SCRIPT = "text/javascript"
-_NAMED = re.compile(r'"touchdown/([\w-]+\.js)"')
+_NAMED = re.compile(r'"touchdown/([\w/-]+\.js)"')
 
 
 def module_names() -> list[str]:
-    """The file names of our JavaScript modules, sorted."""
-    return sorted(file.name for file in _STATIC.iterdir() if file.name.endswith(".js"))
+    """Our JavaScript modules, such as `engine/lander.js`, sorted."""
+    return sorted(path.relative_to(_STATIC).as_posix() for path in _STATIC.rglob("*.js"))
 
 
 def static_file(name: str) -> bytes:
@@ -40,8 +40,8 @@ def render(
 ) -> str:
     """A page as HTML.
 
-    Its modules import each other as `touchdown/NAME.js`. They read `data` and `binaries` with
-    `touchdown/data.js`.
+    Its modules import each other as `touchdown/FOLDER/NAME.js`. They read `data` and `binaries`
+    with `touchdown/common/data.js`.
 
     Args:
         template: file name of the template.

@@ -30,7 +30,7 @@ def changing(run, serve):
 
 
 @pytest.mark.parametrize("token", ["", "wrong", "wrong" * 20, "%00", "ü".encode().hex()])
-@pytest.mark.parametrize("path", ["", "runs", "events", "static/data.js", "../runs"])
+@pytest.mark.parametrize("path", ["", "runs", "events", "static/common/data.js", "../runs"])
 def test_nobody_without_the_token_gets_anything(client, token, path):
     answer = client.ask(path, token=token)
     assert (answer.status, answer.body) == (403, b"forbidden\n")
@@ -55,7 +55,9 @@ def test_the_server_listens_on_this_machine_alone_and_only_answers_get(client):
     assert [client.ask("runs", method).status for method in ("POST", "PUT", "DELETE")] == [405] * 3
 
 
-@pytest.mark.parametrize("path", ["", "runs", "static/data.js", "nothing", "run/x/policy/best"])
+@pytest.mark.parametrize(
+    "path", ["", "runs", "static/common/data.js", "nothing", "run/x/policy/best"]
+)
 def test_no_answer_is_stored_or_framed_or_read_by_other_origins(client, path):
     headers = client.ask(path).headers
     assert headers["Cache-Control"] == "no-store"
@@ -72,7 +74,7 @@ def test_the_page_and_its_modules_are_served(client, key):
     assert page.headers["Content-Security-Policy"].startswith("default-src 'none'")
     assert "<title>watched</title>" in text
     assert client.server.token not in text
-    for name in ("watch.js", "engine.js", "plotly.min.js"):
+    for name in ("watch/watch.js", "engine/engine.js", "plotly.min.js"):
         answer = client.ask(f"static/{name}")
         assert answer.status == 200
         assert answer.headers["Content-Type"].startswith("text/javascript")

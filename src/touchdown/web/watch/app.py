@@ -78,7 +78,7 @@ def make_app(shelf: Shelf, hub: Hub, token: str) -> ASGIApp:
             Route("/events", events),
             Route("/run/{key}/policy/{env_steps}", policy),
             Route("/run/{key}/episode/{number:int}", episode),
-            Route("/static/{name}", _static),
+            Route("/static/{name:path}", _static),
         ],
         lifespan=lifespan,
         exception_handlers={UserError: _not_found, HTTPException: _http_error},

@@ -1,0 +1,102 @@
+// What the page shows of a game: the scene, the strips under it and the map of actions.
+import { ActionMap, MAPS } from "touchdown/play/action-map.js";
+import { Insight } from "touchdown/play/insight.js";
+import { Palette } from "touchdown/common/palette.js";
+import { leave } from "touchdown/play/panel.js";
+import { Screens } from "touchdown/play/screens.js";
+import { Strips } from "touchdown/play/strips.js";
+import { element, part } from "touchdown/common/parts.js";
+
+/** @typedef {import("touchdown/play/game.js").Game} Game */
+/** @typedef {import("touchdown/policies/policy.js").Policy} Policy */
+
+const STRIPS_EVERY = 3; // frames
+const TRAIL = 100; // steps of the path on the map
+
+export class Display {
+  /** @param {Map<string, Policy>} networks policies that have values, by name */
+  constructor(networks) {
+    const palette = new Palette();
+    this.networks = networks;
+    this.screens = new Screens(element(".scenes"));
+    this.strips = new Strips(element(".strips"), palette);
+    this.map = new ActionMap(part(document, ".plot canvas", HTMLCanvasElement), palette);
+    /** @type {Insight | null} */
+    this.insight = null;
+    this.frames = 0;
+    /** Whether the picture is not that of the game. */
+    this.stale = true;
+    /** Whether the scene is in sight. */
+    this.visible = true;
+    const outdate = () => (this.stale = true);
+    new MutationObserver(outdate).observe(document.documentElement, { attributes: true });
+    addEventListener("resize", outdate);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", outdate);
+    new IntersectionObserver(([entry]) => {
+      this.visible = entry?.isIntersecting ?? true;
+    }).observe(element(".scenes"));
+    for (const input of document.querySelectorAll("[name=map]")) {
+      input.addEventListener("change", () => {
+        this.chooseMap();
+        leave(input);
+      });
+    }
+    this.chooseMap();
+  }
+
+  /**
+   * Another race begins.
+   * @param {Game} game
+   */
+  show(game) {
+    const { lead } = game.race;
+    const own = lead.autopilot?.values ? lead.autopilot : null;
+    const critic = own ?? this.networks.values().next().value ?? null;
+    const name = [...this.networks].find(([, each]) => each === critic)?.[0] ?? "a network";
+    this.insight = new Insight(lead, critic);
+    this.map.restart();
+    this.screens.show(game);
+    for (const each of document.querySelectorAll("[data-name=critic]")) each.textContent = name;
+    for (const each of document.querySelectorAll("[data-name=autopilot]")) {
+      each.textContent = game.setup.autopilot;
+    }
+    this.stale = true;
+  }
+
+  /**
+   * Ghosts in one picture, or a picture for each flight.
+   * @param {Game} game
+   * @param {boolean} sideBySide
+   */
+  showSideBySide(game, sideBySide) {
+    this.screens.sideBySide = sideBySide;
+    this.screens.show(game);
+    this.stale = true;
+  }
+
+  /** @param {Game} game */
+  draw(game) {
+    const { lead, step: now } = game.race;
+    const step = Math.min(now, lead.steps);
+    this.screens.draw(game);
+    this.frames += 1;
+    if (this.insight && (!game.playing || this.frames % STRIPS_EVERY === 0)) {
+      this.strips.draw(game, this.insight);
+    }
+    if (!lead.autopilot) return;
+    const seen = lead.seen(step);
+    const earlier = lead.moments.slice(Math.max(step - TRAIL, 0), step + 1);
+    this.map.draw(lead.autopilot, seen, earlier.map((moment) => moment.observation));
+    this.stale = !this.map.isOf(seen);
+  }
+
+  chooseMap() {
+    const name = part(document, "[name=map]:checked", HTMLInputElement).value;
+    const axes = MAPS[name];
+    if (!axes) throw new Error(`there is no map ${name}`);
+    this.map.axes = axes;
+    this.map.restart();
+    [element(".plot .across").textContent, element(".plot .up").textContent] = axes.names;
+    this.stale = true;
+  }
+}
