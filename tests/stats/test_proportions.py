@@ -3,7 +3,14 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy import stats
 
-from touchdown.stats.proportions import failures, fisher, share_margin, wilson
+from touchdown.stats.proportions import (
+    clopper_pearson,
+    failures,
+    fewer_failures,
+    fisher,
+    share_margin,
+    wilson,
+)
 
 
 def test_a_run_below_the_threshold_has_failed():
@@ -22,6 +29,24 @@ def test_wilsons_interval_is_that_of_scipy_and_never_leaves_0_to_1():
             assert_allclose((low[k], high[k]), twin, atol=1e-12)
     # no failure of ten: z² / (n + z²)
     assert_allclose(wilson(0, 10), (0, 1.96**2 / (10 + 1.96**2)), rtol=1e-4)
+
+
+def test_the_exact_interval_is_that_of_scipy():
+    for n in (1, 5, 20):
+        low, high = clopper_pearson(np.arange(n + 1), n)
+        for k in range(n + 1):
+            twin = stats.binomtest(k, n).proportion_ci(0.95, method="exact")
+            assert_allclose((low[k], high[k]), twin, atol=1e-9)
+    # no failure of ten: the largest p with (1 − p)^10 ≥ 2.5%
+    assert_allclose(failures([1] * 10, 0).share.high, 1 - 0.025 ** (1 / 10))
+
+
+def test_failing_less_often_is_above():
+    found = fewer_failures([240] * 8, [0] * 8, 100, 0.15)
+    assert found.zero.above < 0.001
+    assert found.margin.above < 0.001
+    assert found.negative.below > 0.99
+    assert fewer_failures([[240], [0]], [[0], [0]], 100, 0.15).zero.above.tolist() == [0.5, 1]
 
 
 def test_fishers_test_is_that_of_scipy():

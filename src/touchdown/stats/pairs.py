@@ -7,7 +7,7 @@ returns, where a comparison of means does not (`touchdown study check`).
 
 import bisect
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import cast
 
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from touchdown.core.types import FloatArray
 from touchdown.stats.location import OneSided
+from touchdown.stats.rules import Sides
 from touchdown.stats.seeds import checked
 from touchdown.stats.summary import Interval
 
@@ -35,10 +36,15 @@ def most_pairs(one: ArrayLike, other: ArrayLike, shift: float = 0.0) -> OneSided
     Returns:
         P-values, [...], about θ against one half.
     """
-    a, b = np.asarray(one, float), np.asarray(other, float) + shift
+    a, b = np.asarray(one, float), np.asarray(other, float)
+    return _tested(a, b + shift, _ranks(a), _ranks(b))
+
+
+def _tested(a: FloatArray, b: FloatArray, own_a: FloatArray, own_b: FloatArray) -> OneSided:
+    """The test from numbers, [..., n] and [..., m], and their ranks within each setting."""
     n, m = a.shape[-1], b.shape[-1]
     ranks = _ranks(np.concatenate([a, b], axis=-1))
-    of_a, of_b = (ranks[..., :n] - _ranks(a)) / m, (ranks[..., n:] - _ranks(b)) / n
+    of_a, of_b = (ranks[..., :n] - own_a) / m, (ranks[..., n:] - own_b) / n
     theta = of_a.mean(axis=-1)
     spread_a, spread_b = of_a.var(axis=-1, ddof=1) / n, of_b.var(axis=-1, ddof=1) / m
     spread = spread_a + spread_b
@@ -53,6 +59,35 @@ def most_pairs(one: ArrayLike, other: ArrayLike, shift: float = 0.0) -> OneSided
     least = 2.0 ** -min(n, m)
     above, below = scipy.stats.t.sf(t, degrees), scipy.stats.t.cdf(t, degrees)
     return OneSided(np.maximum(above, least), np.maximum(below, least))
+
+
+def sides(one: ArrayLike, other: ArrayLike, margin: float) -> Sides:
+    """The tests of `most_pairs` against 0 and against both ends of ±margin.
+
+    Args:
+        one: [..., n], one number per seed, at least two; ∞ is allowed.
+        other: [..., m], likewise.
+        margin: smallest effect of interest, above 0.
+    """
+    a, b = np.asarray(one, float), np.asarray(other, float)
+    own = _ranks(a), _ranks(b)
+    return Sides(*(_tested(a, b + shift, *own) for shift in (0.0, margin, -margin)))
+
+
+def sides_of_levels(levels: Sequence[ArrayLike], margin: float) -> tuple[list[Sides], Sides]:
+    """The sides of each two of some ordered levels, the later minus the earlier, and of the ends.
+
+    Args:
+        levels: [..., n] for each level, in order; at least two.
+        margin: smallest effect of interest, above 0.
+    """
+    found = {
+        (i, j): sides(later, earlier, margin)
+        for i, earlier in enumerate(levels)
+        for j, later in enumerate(levels)
+        if i < j
+    }
+    return list(found.values()), found[0, len(levels) - 1]
 
 
 def _ranks(values: FloatArray) -> FloatArray:
