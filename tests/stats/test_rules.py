@@ -75,7 +75,7 @@ def test_two_parts_are_tested_at_half_the_level():
 
 
 def test_within_a_margin_holds_and_outside_fails():
-    assert [within(about(d, 5), LEVEL).codes for d in (0, 50, -50, 20)] == [
+    assert [within([about(d, 5)], LEVEL).codes for d in (0, 50, -50, 20)] == [
         HOLDS,
         FAILS,
         FAILS,
@@ -156,6 +156,6 @@ def test_rules_err_as_seldom_as_their_level_says():
 
 def test_the_same_about_minus_the_difference():
     assert_allclose(about(7).swapped, about(-7))
-    assert rules.within(about(7, 9).swapped, 0.3).p_value == pytest.approx(
-        rules.within(about(7, 9), 0.3).p_value
+    assert rules.within([about(7, 9).swapped], 0.3).p_value == pytest.approx(
+        rules.within([about(7, 9)], 0.3).p_value
     )

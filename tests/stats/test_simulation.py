@@ -29,7 +29,8 @@ def test_means_err_where_runs_fail_and_pairs_do_not():
     assert means["normal"].keeps
     assert means["3% fail"].error > 0.3
     assert max(row.error for row in pairs.values()) < 0.09
-    assert means["10% fail"].power < 0.1 < 0.9 < pairs["10% fail"].power
+    assert means["10% fail"].power < 0.1
+    assert pairs["10% fail"].power > 0.9
 
 
 def test_a_row_depends_on_the_seed_and_on_itself_alone():
@@ -49,7 +50,7 @@ def test_verdicts_are_seldom_wrong_and_sometimes_right(procedure):
 
 
 def made(n, error=0.05, coverage=0.95, kind="test", scenario="normal"):
-    return CheckRow(kind, "p", scenario, n, 100, error, 0.01, coverage, np.nan)
+    return CheckRow(kind, "p", scenario, n, 10**9, error, 0.01, coverage, np.nan)
 
 
 def test_the_fewest_seeds_keep_the_limit_with_all_larger_numbers_too():

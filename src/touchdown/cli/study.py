@@ -190,7 +190,7 @@ class StudyCheck:
 
     repetitions: Annotated[
         int, arg(help="Simulated data sets of each row; slow procedures get a share of them.")
-    ] = 10_000
+    ] = 20_000
     seed: Annotated[int, arg(help="Seed of the simulation.")] = 0
     out: Annotated[
         Path | None,

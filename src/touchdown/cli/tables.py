@@ -117,7 +117,13 @@ def topics_table(found: Sequence[Any]) -> Table:
 
 def claims_table(decisions: Mapping[str, Sequence[Any]]) -> Table:
     """One row per claim: its verdict."""
-    styles = {"holds": "green", "does not hold": "bold red", "undecided": "yellow"}
+    styles = {
+        "holds": "green",
+        "does not hold": "bold red",
+        "no difference that matters": "cyan",
+        "reached and exceeded": "green",
+        "undecided": "yellow",
+    }
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("study", overflow="fold")
     table.add_column("verdict", no_wrap=True)

@@ -36,19 +36,15 @@ def most_pairs(one: ArrayLike, other: ArrayLike, shift: float = 0.0) -> OneSided
     Returns:
         P-values, [...], about θ against one half.
     """
-    a, b = np.asarray(one, float), np.asarray(other, float)
-    return _tested(a, b + shift, _ranks(a), _ranks(b))
-
-
-def _tested(a: FloatArray, b: FloatArray, own_a: FloatArray, own_b: FloatArray) -> OneSided:
-    """The test from numbers, [..., n] and [..., m], and their ranks within each setting."""
-    n, m = a.shape[-1], b.shape[-1]
-    ranks = _ranks(np.concatenate([a, b], axis=-1))
-    of_a, of_b = (ranks[..., :n] - own_a) / m, (ranks[..., n:] - own_b) / n
+    a, b = np.asarray(one, float)[..., :, None], np.asarray(other, float)[..., None, :] + shift
+    n, m = a.shape[-2], b.shape[-1]
+    signs = (a > b).astype(np.int8) - (a < b)
+    of_a = (signs.sum(axis=-1, dtype=np.int32) / m + 1) / 2  # share of pairs that a seed wins
+    of_b = (1 - signs.sum(axis=-2, dtype=np.int32) / n) / 2
     theta = of_a.mean(axis=-1)
     spread_a, spread_b = of_a.var(axis=-1, ddof=1) / n, of_b.var(axis=-1, ddof=1) / m
     spread = spread_a + spread_b
-    exact = spread < 1e-12  # rounding makes equal ranks differ by less than this
+    exact = spread < 1e-12  # rounding makes equal shares differ by less than this
     safe = np.where(exact, 1.0, spread)
     degrees = np.where(
         exact, 1.0, safe**2 / np.where(exact, 1.0, spread_a**2 / (n - 1) + spread_b**2 / (m - 1))
@@ -69,9 +65,7 @@ def sides(one: ArrayLike, other: ArrayLike, margin: float) -> Sides:
         other: [..., m], likewise.
         margin: smallest effect of interest, above 0.
     """
-    a, b = np.asarray(one, float), np.asarray(other, float)
-    own = _ranks(a), _ranks(b)
-    return Sides(*(_tested(a, b + shift, *own) for shift in (0.0, margin, -margin)))
+    return Sides(*(most_pairs(one, other, shift) for shift in (0.0, margin, -margin)))
 
 
 def sides_of_levels(levels: Sequence[ArrayLike], margin: float) -> tuple[list[Sides], Sides]:
@@ -88,10 +82,6 @@ def sides_of_levels(levels: Sequence[ArrayLike], margin: float) -> tuple[list[Si
         if i < j
     }
     return list(found.values()), found[0, len(levels) - 1]
-
-
-def _ranks(values: FloatArray) -> FloatArray:
-    return cast(FloatArray, scipy.stats.rankdata(values, axis=-1))
 
 
 def share_of_pairs(one: ArrayLike, other: ArrayLike) -> float:

@@ -86,18 +86,13 @@ def higher(parts: Sequence[Sides], level: float) -> Ruling:
     return _ruling(same, rises, falls, smallest)
 
 
-def within(sides: Sides, level: float) -> Ruling:
-    """Whether Δ is within ±δ; it fails if Δ is outside."""
-    inside = sides.equal(level)
-    outside = (sides.margin.above <= level) | (sides.negative.below <= level)
-    smallest = _least(
-        [
-            sides.margin.above,
-            sides.negative.below,
-            sides.smallest_equal,
-        ]
-    )
-    return _ruling(np.zeros_like(inside), inside, outside, smallest)
+def within(pairs: Sequence[Sides], level: float) -> Ruling:
+    """Whether each Δ is within ±δ; it fails if one is outside, with Bonferroni's correction."""
+    k = len(pairs)
+    inside = _all(each.equal(level) for each in pairs)
+    outside = _least([k * p for each in pairs for p in (each.margin.above, each.negative.below)])
+    smallest = _least([outside, _most([each.smallest_equal for each in pairs])])
+    return _ruling(np.zeros_like(inside), inside, outside <= level, smallest)
 
 
 def near(low: OneSided, high: OneSided, level: float, *, exceeds: bool) -> Ruling:

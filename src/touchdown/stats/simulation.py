@@ -9,9 +9,9 @@ import numpy as np
 from touchdown.stats.procedures import PROCEDURES, Kind, Procedure
 from touchdown.stats.scenarios import SCENARIOS
 
-SEEDS = (5, 6, 8, 10, 12, 15, 20, 30, 50, 100)
+SEEDS = (5, 8, 10, 15, 20, 30, 50, 100)
 """Training seeds of each setting."""
-REPETITIONS = 10_000
+REPETITIONS = 20_000
 MOST_ERRORS = 0.06
 """Largest error rate of a test or a verdict that claims 5%."""
 LEAST_COVERAGE = 0.93
@@ -34,10 +34,15 @@ class CheckRow:
 
     @property
     def keeps(self) -> bool:
-        """Whether the error rate, or the coverage, is within its limit."""
+        """Whether the rate is within its limit, or at most two standard errors outside.
+
+        The standard error is that of the simulation: 0.17% with 20,000 repetitions.
+        """
+        limit = LEAST_COVERAGE if self.kind == "interval" else MOST_ERRORS
+        error = math.sqrt(limit * (1 - limit) / self.repetitions)
         if self.kind == "interval":
-            return self.coverage >= LEAST_COVERAGE
-        return self.error <= MOST_ERRORS
+            return self.coverage >= limit - 2 * error
+        return self.error <= limit + 2 * error
 
 
 def simulate(

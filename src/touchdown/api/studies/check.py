@@ -14,7 +14,7 @@ from touchdown.core.progress import Counter, console_for, stop_on_signals
 if TYPE_CHECKING:
     from touchdown.stats.simulation import CheckRow
 
-_REPETITIONS = 10_000
+_REPETITIONS = 20_000
 
 
 def check_statistics(
@@ -91,16 +91,18 @@ _INTRODUCTION = """# Error rates of the statistics
 
 Made by `{command}`.
 
-Each rate is from simulated studies whose truth is known. Rows are scenarios: the two settings that are
-compared have different distributions of returns, which resemble those of training runs. Most runs land near
-240; in "10% fail", a tenth of the runs of one setting fail, at about -100 ± 200, and the other setting is
-steady. Columns are training seeds of each setting.
+Each rate is from simulated studies whose truth is known. Rows are scenarios: the two settings
+that are compared have different distributions of returns, which resemble those of training runs.
+Most runs land near 240; in "10% fail", a tenth of the runs of one setting fail, at about
+-100 ± 200, and the other setting is steady. Columns are training seeds of each setting.
 
-- For a test or a verdict, the first number is the percentage of wrong decisions where nothing differs,
-  or where the difference is exactly the margin. It claims 5%, and is bold above 6%. After the slash is the power:
-  the percentage of right decisions where there is an effect. A test's effect is 20 return points.
-- For an interval, the number is the percentage of intervals that contain the truth. It claims 95%, and is bold
-  below 93%.
+- For a test or a verdict, the first number is the percentage of wrong decisions where nothing
+  differs, or where the difference is exactly the margin. It claims 5%; its limit is 6%. After the
+  slash is the power: the percentage of right decisions where there is an effect, which for a test
+  is 20 return points.
+- For an interval, the number is the percentage of intervals that contain the truth. It claims 95%;
+  its limit is 93%.
 
-*Keeps its limit from* is the smallest number of seeds from which on no rate is bold. The verdicts of studies use
-only procedures that keep their limit, and give no verdict with fewer seeds."""
+A number outside its limit by more than two standard errors of the simulation is bold. *Keeps its
+limit from* is the smallest number of seeds from which on no number is bold. The verdicts of studies
+use only procedures that keep their limit, and give no verdict with fewer seeds."""
