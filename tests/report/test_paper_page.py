@@ -145,7 +145,7 @@ def test_distances_come_from_recorded_paths(written):
     # at heights of 1 to 1.4, 2 and 9 half viewports
     first, second = report.decisions["alike"]
     assert (first.verdict, second.verdict) == ("holds", "does not hold")
-    assert "medians to random: 52.000, to the PID: 5.333" in first.evidence
+    assert "medians to random: 52.333, to the PID: 5.667" in first.evidence
 
 
 def test_the_ladder_is_shown_beside_the_baselines(written):

@@ -289,7 +289,7 @@ PROCEDURES = (
         "verdict",
         "trend of five levels, equal",
         _verdict(_decide_monotone, (0,) * 5, _EITHER, (0, 30, 60, 90, 120), rules.HOLDS),
-        0.1,
+        0.2,
     ),
     Procedure(
         "verdict",
@@ -302,13 +302,13 @@ PROCEDURES = (
             rules.HOLDS,
             alternate=False,
         ),
-        0.1,
+        0.2,
     ),
     Procedure(
         "verdict",
         "best of five levels, equal",
         _verdict(_decide_best, (0,) * 5, _EITHER, (2 * EFFECT, 0, 0, 0, 0), rules.HOLDS),
-        0.1,
+        0.2,
     ),
     Procedure("verdict", "near, at the margin", _near, 0.5),
 )

@@ -115,4 +115,4 @@ def shift_to_equal(scenario: Scenario, name: str) -> float:
 @cache
 def truth_of(draw: Draw, name: str) -> float:
     """A parameter of `parameter_of` of a distribution, from many draws."""
-    return parameter_of(draw(np.random.default_rng(1), (5 * _CALIBRATION,)), name)
+    return parameter_of(draw(np.random.default_rng(1), (_CALIBRATION,)), name)
