@@ -9,7 +9,7 @@ import pytest
 
 import touchdown
 from touchdown.cli import app
-from touchdown.studies.claims import VERDICTS
+from touchdown.studies.findings import VERDICTS
 from touchdown.studies.study_file import from_toml
 
 PAGE = Path(__file__).parents[2] / "docs" / "studies.md"
@@ -61,7 +61,8 @@ def test_the_study_in_python_runs_and_prints_its_verdicts(folder):
     study = from_toml(folder / "runs" / "studies" / "begun" / "horizon.toml")
     assert len(lines) == len(study.claims) == 3
     for line, claim in zip(lines, study.claims, strict=True):
-        assert re.match(rf"({'|'.join(VERDICTS)}): {re.escape(claim.sentence)} \(.+\)$", line)
+        verdicts = "|".join(VERDICTS.values())
+        assert re.match(rf"({verdicts}): {re.escape(claim.sentence)} \(.+\)$", line)
 
 
 def test_the_same_study_in_toml_plans_the_same_runs_so_none_is_missing(folder, monkeypatch, capsys):
@@ -69,10 +70,10 @@ def test_the_same_study_in_toml_plans_the_same_runs_so_none_is_missing(folder, m
     kept = Path("runs/studies/begun/horizon.toml")
     assert from_toml(Path("horizon.toml")) == from_toml(kept)
     (status,) = touchdown.study_status("horizon.toml")
-    assert (status.runs, status.done) == (9, 9)
+    assert (status.runs, status.done) == (30, 30)
     before = {path: path.stat().st_mtime_ns for path in Path("runs/studies/runs").rglob("*")}
     app.main(["study", "run", "horizon.toml"])
-    assert "9 of 9 runs are done" in capsys.readouterr().out
+    assert "30 of 30 runs are done" in capsys.readouterr().out
     assert before == {
         path: path.stat().st_mtime_ns for path in Path("runs/studies/runs").rglob("*")
     }

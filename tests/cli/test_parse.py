@@ -19,7 +19,7 @@ def shown_help(*words, capsys) -> str:
 
 COMMANDS = [(verb,) for verb in parse.VERBS] + [
     *(("tune", word) for word in ("pid", "agent")),
-    *(("study", word) for word in ("run", "status", "report", "list")),
+    *(("study", word) for word in ("run", "status", "report", "list", "check")),
     *(("train", preset) for preset in ("pilot", "swift", "tabular-q", "value-iteration")),
 ]
 

@@ -18,7 +18,7 @@ from touchdown.report.page import (
     Table,
     TableCell,
 )
-from touchdown.studies.claims import Verdict
+from touchdown.studies.findings import Verdict
 
 HOSTILE = "<script>alert('x')</script>\"><img src=x onerror=alert(1)>&amp;{{ 7 * 7 }}"
 LONG = "paper-best_with_a_name_that_" + "never_" * 20 + "ends"
@@ -27,7 +27,7 @@ _CLAIMS: tuple[tuple[str, Verdict, str], ...] = (
     (
         "A target network lands better than none.",
         "holds",
-        "target-dqn 171, dqn -112: difference 283 [201, 366]; p < 0.001",
+        "target-dqn minus dqn typically 283 [201, 366], above 0 in 100% of pairs; p < 0.001",
     ),
     (
         "A target period around 800 env steps is best.",
@@ -41,8 +41,8 @@ _CLAIMS: tuple[tuple[str, Verdict, str], ...] = (
         ),
         "undecided",
         (
-            "preferential-dqn 203, target-dqn 171: difference 32 [-19, 83]; p = 0.21; about 18 "
-            "more seeds of each would decide it"
+            "preferential-dqn minus target-dqn typically 32 [-19, 83]; p = 0.21; 20 more seeds of "
+            "each decide it with 80% probability"
         ),
     ),
 )

@@ -158,7 +158,13 @@ def test_verdicts_are_counted_in_all_and_by_section():
             Section(id="b", title="B", claims=CLAIMS[2:]),
         ),
     )
-    assert page.counts == [("holds", 3), ("does not hold", 1), ("undecided", 1)]
+    assert page.counts == [
+        ("holds", 3),
+        ("reached and exceeded", 0),
+        ("no difference that matters", 0),
+        ("does not hold", 1),
+        ("undecided", 1),
+    ]
     assert page.sections[0].counts == [("holds", 1), ("undecided", 1)]
 
 

@@ -95,7 +95,7 @@ def test_changes_by_dotted_names_are_those_of_the_sections():
 
 
 def test_a_study_takes_lists_and_holds_what_cannot_change():
-    claim = Claim("It is so.", Greater("0.99", "0.9"))
+    claim = Claim("It is so.", Greater("0.99", "0.9", margin=20))
     study = Study(name="a", factors=[GAMMAS], claims=[claim])
     assert (study.factors, study.claims, study.seeds) == ((GAMMAS,), (claim,), 5)
 
@@ -157,16 +157,16 @@ def test_a_claim_about_what_the_study_does_not_have_is_refused():
     def study(*claims, **fields):
         return Study(**({"name": "a", "factors": [GAMMAS], "claims": claims} | fields))
 
-    known = Claim("More.", Greater("0.99", "0.9"))
+    known = Claim("More.", Greater("0.99", "0.9", margin=20))
     study(known)
     with pytest.raises(
         UserError, match=r"claim 'More.': level '0\.95': unknown; must be one of 0\.9, 0\.99"
     ):
-        study(Claim("More.", Greater("0.95", "0.9")))
+        study(Claim("More.", Greater("0.95", "0.9", margin=20)))
     # of two factors a level alone is no cell
     with pytest.raises(UserError, match=r"level '0\.99': unknown; must be one of 0\.9 · 10, "):
         study(known, factors=[GAMMAS, SIZES])
-    study(Claim("More.", Greater("0.99 · 10", "0.9 · 10")), factors=[GAMMAS, SIZES])
+    study(Claim("More.", Greater("0.99 · 10", "0.9 · 10", margin=20)), factors=[GAMMAS, SIZES])
     with pytest.raises(UserError, match=r"claim 'Luck\.': metric = 'luck': must be one of"):
         study(Claim("Luck.", Beyond("0.9", 1), "luck"))
     untested = {

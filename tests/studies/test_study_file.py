@@ -121,11 +121,14 @@ sentence = "Wider is better."
 kind = "greater"
 above = "wide"
 below = "few"
+margin = 20
+failure = 100
 
 [[claim]]
 sentence = "It rises."
 kind = "trend"
 levels = ["few", "wide", "other"]
+margin = 20
 metric = "area"
 section = "8.1"
 
@@ -133,6 +136,7 @@ section = "8.1"
 sentence = "It falls."
 kind = "trend"
 levels = ["few", "wide"]
+margin = 0.5
 direction = "fall"
 
 [[claim]]
@@ -141,12 +145,14 @@ kind = "sweet-spot"
 inside = "wide"
 first = "few"
 last = "other"
+margin = 20
 
 [[claim]]
 sentence = "The others are not."
 kind = "best"
 among = ["wide"]
 levels = ["few", "wide", "other"]
+margin = 20
 
 [[claim]]
 sentence = "It lands."
@@ -171,8 +177,7 @@ within = 20
 [[claim]]
 sentence = "No difference that matters."
 kind = "alike"
-one = "wide"
-other = "other"
+levels = ["wide", "other"]
 within = 20
 metric = "area"
 """
@@ -206,15 +211,18 @@ def same_in_python() -> Study:
             )
         ],
         claims=[
-            Claim("Wider is better.", Greater(above="wide", below="few")),
-            Claim("It rises.", Trend(("few", "wide", "other")), metric="area", section="8.1"),
-            Claim("It falls.", Trend(("few", "wide"), "fall")),
-            Claim("The middle is best.", SweetSpot(inside="wide", first="few", last="other")),
-            Claim("The others are not.", Best(("wide",), ("few", "wide", "other"))),
+            Claim("Wider is better.", Greater(above="wide", below="few", margin=20, failure=100)),
+            Claim("It rises.", Trend(("few", "wide", "other"), 20), metric="area", section="8.1"),
+            Claim("It falls.", Trend(("few", "wide"), 0.5, "fall")),
+            Claim(
+                "The middle is best.",
+                SweetSpot(inside="wide", first="few", last="other", margin=20),
+            ),
+            Claim("The others are not.", Best(("wide",), ("few", "wide", "other"), margin=20)),
             Claim("It lands.", Beyond("wide", 200)),
             Claim("It does not.", Beyond("few", 100, "below")),
             Claim("About 170.", Near("wide", 170, within=20)),
-            Claim("No difference that matters.", Alike("wide", "other", 20), "area"),
+            Claim("No difference that matters.", Alike(("wide", "other"), 20), "area"),
         ],
     )
 
@@ -245,6 +253,7 @@ def test_every_study_of_the_paper_can_be_a_file(scale, tmp_path):
 def claim(**fields):
     """A table of a claim that is sound but for these fields; None leaves one out."""
     sound = {"sentence": "So.", "kind": "greater", "above": "0.99", "below": "0.9"}
+    sound |= {"margin": 20} if fields.get("kind") not in ("beyond", "near", "alike") else {}
     table = {name: value for name, value in (sound | fields).items() if value is not None}
     return "[[claim]]\n" + "".join(f"{name} = {value!r}\n" for name, value in table.items())
 
@@ -285,30 +294,44 @@ def test_a_claim_that_cannot_be_decided_gets_one_line_that_names_it(tmp_path, fi
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("kind = 'trend'\nlevels = ['0.9']", "levels = ['0.9']: must be at least 2"),
-        ("kind = 'trend'\nlevels = '0.9'", "levels = '0.9': must be a list of levels' labels"),
-        ("kind = 'trend'\nlevels = [0.9]", "levels[0] = 0.9: must be the label of a level"),
+        ("kind = 'trend'\nmargin = 1\nlevels = ['0.9']", "levels = ['0.9']: must be at least 2"),
         (
-            "kind = 'trend'\nlevels = ['0.9', '0.99']\ndirection = 'up'",
+            "kind = 'trend'\nmargin = 1\nlevels = '0.9'",
+            "levels = '0.9': must be a list of levels' labels",
+        ),
+        (
+            "kind = 'trend'\nmargin = 1\nlevels = [0.9]",
+            "levels[0] = 0.9: must be the label of a level",
+        ),
+        (
+            "kind = 'trend'\nlevels = ['0.9', '0.99']\nmargin = 1\ndirection = 'up'",
             "direction = 'up': must be one of rise, fall",
         ),
-        ("kind = 'trend'\nlevels = ['0.9', '0.99', '0.9']", "level '0.9': occurs twice"),
         (
-            "kind = 'sweet-spot'\ninside = '0.95'\nfirst = '0.9'\nlast = '0.95'",
+            "kind = 'trend'\nmargin = 1\nlevels = ['0.9', '0.99', '0.9']",
+            "level '0.9': occurs twice",
+        ),
+        (
+            "kind = 'sweet-spot'\ninside = '0.95'\nfirst = '0.9'\nlast = '0.95'\nmargin = 1",
             "level '0.95': occurs twice",
         ),
         (
-            "kind = 'best'\namong = ['0.9', '0.99']\nlevels = ['0.9', '0.99']",
+            "kind = 'best'\nmargin = 1\namong = ['0.9', '0.99']\nlevels = ['0.9', '0.99']",
             "among = ['0.9', '0.99']: must be some of levels, not all",
         ),
-        ("kind = 'best'\namong = []\nlevels = ['0.9', '0.99']", "among = []: must be some"),
+        (
+            "kind = 'best'\nmargin = 1\namong = []\nlevels = ['0.9', '0.99']",
+            "among = []: must be some",
+        ),
         ("kind = 'beyond'\nlevel = '0.9'\nnumber = 'high'", "number = 'high': must be a number"),
         ("kind = 'beyond'\nlevel = '0.9'\nnumber = nan", "number = nan: must be a finite"),
         ("kind = 'beyond'\nlevel = '0.9'\nnumber = 1\nside = 'at'", "side = 'at': must be one"),
         ("kind = 'near'\nlevel = '0.9'\nnumber = 1", "[[claim]] 1: within: missing"),
+        ("kind = 'trend'\nlevels = ['0.9', '0.99']", "[[claim]] 1: margin: missing"),
+        ("kind = 'greater'\nabove = '0.9'\nbelow = '0.99'\nmargin = 0", "margin = 0.0: must be"),
         ("kind = 'near'\nlevel = '0.9'\nnumber = 1\nwithin = 0", "within = 0.0: must be above 0"),
         (
-            "kind = 'alike'\none = '0.9'\nother = '0.99'\nwithin = -5",
+            "kind = 'alike'\nlevels = ['0.9', '0.99']\nwithin = -5",
             "within = -5.0: must be above 0",
         ),
     ],

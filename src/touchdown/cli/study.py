@@ -1,4 +1,4 @@
-"""The verbs `study run`, `study status`, `study report` and `study list`."""
+"""The verbs `study run`, `study status`, `study report`, `study list` and `study check`."""
 
 import time
 from dataclasses import dataclass
@@ -182,3 +182,37 @@ class StudyList:
             print_json([each.to_dict() for each in found])
         else:
             console.print(tables.topics_table(found))
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyCheck:
+    """Simulate how often the tests, intervals and verdicts of studies are wrong."""
+
+    repetitions: Annotated[
+        int, arg(help="Simulated data sets of each row; slow procedures get a share of them.")
+    ] = 20_000
+    seed: Annotated[int, arg(help="Seed of the simulation.")] = 0
+    out: Annotated[
+        Path | None,
+        arg(
+            metavar="FILE.md",
+            help="Markdown file for the tables; the rows are written beside it as CSV.",
+        ),
+    ] = None
+    force: Force = False
+
+    def run(self, console: "Console") -> None:
+        """Call `api.studies.check_statistics`."""
+        from touchdown.api import studies  # noqa: PLC0415 - heavy libraries load when used
+        from touchdown.cli import tables  # noqa: PLC0415 - heavy libraries load when used
+
+        rows = studies.check_statistics(
+            repetitions=self.repetitions,
+            seed=self.seed,
+            out=self.out,
+            force=self.force,
+            console=console,
+        )
+        console.print(tables.check_table(rows))
+        if self.out is not None:
+            print_indented(console, [self.out, self.out.with_suffix(".csv")])

@@ -117,7 +117,13 @@ def topics_table(found: Sequence[Any]) -> Table:
 
 def claims_table(decisions: Mapping[str, Sequence[Any]]) -> Table:
     """One row per claim: its verdict."""
-    styles = {"holds": "green", "does not hold": "bold red", "undecided": "yellow"}
+    styles = {
+        "holds": "green",
+        "does not hold": "bold red",
+        "no difference that matters": "cyan",
+        "reached and exceeded": "green",
+        "undecided": "yellow",
+    }
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("study", overflow="fold")
     table.add_column("verdict", no_wrap=True)
@@ -126,4 +132,18 @@ def claims_table(decisions: Mapping[str, Sequence[Any]]) -> Table:
         for decision in of_topic:
             verdict = Text(decision.verdict, styles[decision.verdict])
             table.add_row(topic, verdict, decision.claim.sentence)
+    return table
+
+
+def check_table(rows: Sequence[Any]) -> Table:
+    """One row per simulated procedure: its worst rate, and from how many seeds it keeps it."""
+    from touchdown.stats import simulation  # noqa: PLC0415 - it loads SciPy's statistics
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("procedure", overflow="fold")
+    table.add_column("kind", no_wrap=True)
+    table.add_column("worst rate", no_wrap=True, justify="right")
+    table.add_column("keeps its limit from", justify="right")
+    for row in simulation.summary_of(rows):
+        table.add_row(*row)
     return table

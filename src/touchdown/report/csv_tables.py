@@ -87,8 +87,8 @@ def _comparison(against: AgainstBase | None) -> dict[str, float | None]:
 def _interval(name: str, found: Interval | None) -> dict[str, float | None]:
     return {
         name: found and found.value,
-        f"{name}_low": found and found.low,
-        f"{name}_high": found and found.high,
+        f"{name}_low": found and _finite(found.low),
+        f"{name}_high": found and _finite(found.high),
     }
 
 

@@ -18,7 +18,7 @@ from touchdown.core.errors import UserError, one_line
 from touchdown.core.terminal import printable
 from touchdown.report.embed import data_url, film_and_still
 from touchdown.report.svg import themed_svg
-from touchdown.studies.claims import VERDICTS, Verdict
+from touchdown.studies.findings import VERDICTS, Verdict
 
 _SECTION_ID = re.compile(r"[^\s:]+")  # the page's own ids have a colon
 # cells that are compared down a column: a number with its unit or interval, or no number
@@ -197,7 +197,7 @@ def write_page(page: Page, path: Path) -> None:
 
 def _counted(claims: Iterable[ClaimRow]) -> list[tuple[Verdict, int]]:
     counted = Counter(claim.verdict for claim in claims)
-    return [(verdict, counted[verdict]) for verdict in VERDICTS]
+    return [(verdict, counted[verdict]) for verdict in VERDICTS.values()]
 
 
 def _are_numbers(cells: Sequence[TableCell]) -> bool:

@@ -38,13 +38,13 @@ def _known(value: float, spec: str) -> str:
 
 
 def interval_text(found: Interval, text_of: Callable[[float], str] = _points) -> str:
-    """A number with its interval; a single value has none.
+    """A number with its interval; a single value has none, and too few seeds have none.
 
     Args:
         found: the number and its interval.
         text_of: formats each number; by default as return points.
     """
-    if found.low == found.high:
+    if found.low == found.high or math.isinf(found.low) or math.isinf(found.high):
         return text_of(found.value)
     return f"{text_of(found.value)} [{text_of(found.low)}, {text_of(found.high)}]"
 
@@ -61,8 +61,8 @@ def level_tables(results: StudyResults, metric: str) -> tuple[Table, ...]:
     shows_training = not is_share(metric)
     names = [f"{level.cell.name} (base)" if level.is_base else level.cell.name for level in levels]
     compared = Table(
-        f"{METRICS[metric].capitalize()}, by level; against the base: difference of means "
-        "[95%], p by Holm's correction, probability that a seed has more.",
+        f"{METRICS[metric].capitalize()}, by level; against the base: typical "
+        "difference [95%], p by Holm's correction, probability that a seed has more.",
         ("level", "n", "against base", "p", "P(more)", "mean [95%]", "IQM [95%]"),
         tuple(
             (

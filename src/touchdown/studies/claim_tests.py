@@ -1,12 +1,15 @@
 """The tests that decide claims, from one number per training seed.
 
 A cell is named by the label of its level or, with two factors, by both labels, such as `0.99 · 32`.
-The fields of a kind have the same names in Python and in a study file.
+The fields of a kind have the same names in Python and in a study file. Most kinds compare all
+pairs of seeds of two cells (`stats.pairs`), because some runs fail and their numbers can be
+anywhere. A margin is the smallest effect of interest, in the metric's unit: return points, a share
+from 0 to 1, or environment steps.
 """
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -15,29 +18,46 @@ from msgspec import Meta
 from touchdown.config.checks import settle
 from touchdown.core.errors import UserError
 from touchdown.core.types import FloatArray
-from touchdown.stats import compare
-from touchdown.stats.summary import Interval
-from touchdown.studies.findings import Finding, SeedsNeeded, Values
-from touchdown.studies.metrics import formatter
+from touchdown.stats import pairs, proportions, rules
+from touchdown.stats.location import OneSided, sign_test
+from touchdown.studies import evidence
+from touchdown.studies.findings import Rule
+from touchdown.studies.metrics import formatter, is_return
 
-_MIN_SEEDS = 2  # per cell, for a test to be meaningful
+FEWEST_FOR_PAIRS = 10
+"""Seeds per cell from which on comparisons of pairs keep their error rate; `touchdown study check`
+shows it, and its committed table is docs/error-rates.md."""
+FEWEST_FOR_SIGNS = 6
+"""Seeds from which on a sign test can be significant at 5%; it is exact with any number."""
+MARGIN_OF_FAILURES = 0.15
+"""Smallest difference of interest between two probabilities to fail."""
 
 CellName = Annotated[str, Meta(title="the label of a level, such as '0.99'")]
 CellNames = Annotated[tuple[CellName, ...], Meta(title="a list of levels' labels")]
 Margin = Annotated[float, Meta(gt=0)]
+Groups = Sequence[FloatArray]
+"""[..., n] for each cell of a test, in order: one number per seed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Greater:
-    """The mean of one cell is above that of another: Welch's t.
+    """One cell typically has more than another: in most pairs of seeds.
+
+    With a number below which a run has failed, failing less often counts, too: it holds if the cell
+    is better in one of the two, and shown to be worse in neither.
 
     Raises:
-        UserError: both cells are the same.
+        UserError: both cells are the same, or the margin is not above 0.
     """
 
     kind: ClassVar[str] = "greater"
+    fewest_seeds: ClassVar[int] = FEWEST_FOR_PAIRS
     above: CellName
     below: CellName
+    margin: Margin
+    """Smaller differences do not matter."""
+    failure: float | None = None
+    """A run with a smaller number has failed; None leaves failures out."""
 
     def __post_init__(self) -> None:
         _check(self, self.cells)
@@ -47,35 +67,41 @@ class Greater:
         """The cells that are tested."""
         return self.above, self.below
 
-    def find(self, values: Values, metric: str) -> Finding | None:
-        """The finding; None while there are too few seeds."""
-        base, other = values(self.below, metric), values(self.above, metric)
-        if min(len(base), len(other)) < _MIN_SEEDS:
-            return None
-        found = compare.compare(base, other)
-        improvement = found.probability_of_improvement.value
-        text = formatter(metric, (base, other))
-        evidence = (
-            f"{self.above} {text(other.mean())}, {self.below} {text(base.mean())}: "
-            f"difference {_interval(found.difference, text)}, "
-            f"better in {improvement:.0%} of pairs"
-        )
-        p_for = _one_sided(found.p_value, as_said=found.difference.value > 0)
-        seeds = min(len(base), len(other))
-        return Finding(p_for, 1 - p_for, evidence, seeds, found.seeds_needed)
+    def rule(self, groups: Groups, metric: str) -> Rule:
+        """The ruling by the level of the test."""
+        del metric
+        one, other = groups
+        parts = [pairs.sides(one, other, self.margin)]
+        if self.failure is not None:
+            margin = MARGIN_OF_FAILURES
+            parts.append(proportions.fewer_failures(one, other, self.failure, margin))
+        return partial(rules.higher, parts)
+
+    def evidence(self, groups: Groups, metric: str) -> str:
+        """The numbers in words."""
+        named = dict(zip(self.cells, groups, strict=True))
+        found = evidence.difference(named, self.above, self.below, metric)
+        text = f"{evidence.medians(named, metric)}; {found}"
+        if self.failure is None:
+            return text
+        return f"{text}; {evidence.of_failures(named, self.failure)}"
 
 
 @dataclass(frozen=True, slots=True)
 class Trend:
-    """The numbers rise, or fall, from level to level: Kendall's τ.
+    """The numbers rise, or fall, over levels: the last is beyond the first, and no pair reverses.
 
     Raises:
-        UserError: there are fewer than two levels, or a level occurs twice.
+        UserError: there are fewer than two levels, a level occurs twice, or the margin is not above
+            0.
     """
 
     kind: ClassVar[str] = "trend"
+    fewest_seeds: ClassVar[int] = FEWEST_FOR_PAIRS
     levels: CellNames
     """Labels, in order."""
+    margin: Margin
+    """Smaller differences between two levels do not matter."""
     direction: Literal["rise", "fall"] = "rise"
 
     def __post_init__(self) -> None:
@@ -86,73 +112,36 @@ class Trend:
         """The cells that are tested."""
         return self.levels
 
-    def find(self, values: Values, metric: str) -> Finding | None:
-        """The finding; None while there are too few seeds."""
-        groups = [values(level, metric) for level in self.levels]
-        if min(map(len, groups)) < _MIN_SEEDS:
-            return None
-        found = compare.trend(groups)
-        text = formatter(metric, groups)
-        means = ", ".join(
-            f"{level}: {text(group.mean())}"
-            for level, group in zip(self.levels, groups, strict=True)
-        )
-        as_said = (found.tau > 0) == (self.direction == "rise")
-        p_for = _one_sided(found.p_value, as_said=as_said)
-        return Finding(
-            p_for,
-            1 - p_for,
-            f"{means}; τ = {found.tau:.2f}",
-            min(map(len, groups)),
-            found.seeds_needed,
-        )
+    def rule(self, groups: Groups, metric: str) -> Rule:
+        """The ruling by the level of the test."""
+        del metric
+        ordered = groups if self.direction == "rise" else groups[::-1]
+        return partial(rules.monotone, *pairs.sides_of_levels(ordered, self.margin))
 
-
-@dataclass(frozen=True, slots=True)
-class SweetSpot:
-    """A level between two others is better than both: two one-sided t-tests, both significant.
-
-    Raises:
-        UserError: two of the three levels are the same.
-    """
-
-    kind: ClassVar[str] = "sweet-spot"
-    inside: CellName
-    first: CellName
-    last: CellName
-
-    def __post_init__(self) -> None:
-        _check(self, self.cells)
-
-    @property
-    def cells(self) -> tuple[str, ...]:
-        """The cells that are tested."""
-        return self.first, self.inside, self.last
-
-    def find(self, values: Values, metric: str) -> Finding | None:
-        """The finding; None while there are too few seeds."""
-        sides = [Greater(self.inside, end).find(values, metric) for end in (self.first, self.last)]
-        known = [side for side in sides if side is not None]
-        if len(known) < len(sides):
-            return None
-        groups = {cell: values(cell, metric) for cell in self.cells}
-        text = formatter(metric, groups.values())
-        means = ", ".join(f"{cell}: {text(group.mean())}" for cell, group in groups.items())
-        return _both(known, means)
+    def evidence(self, groups: Groups, metric: str) -> str:
+        """The numbers in words."""
+        named = dict(zip(self.levels, groups, strict=True))
+        first, *_, last = self.levels
+        found = evidence.difference(named, last, first, metric)
+        return f"{evidence.medians(named, metric)}; {found}"
 
 
 @dataclass(frozen=True, slots=True)
 class Best:
-    """One of `among` has the greatest mean of all levels: tested by resampling the seeds.
+    """One of `among` is the best of all levels: comparisons with the best (Hsu, 1981).
 
     Raises:
-        UserError: `among` is empty, contains all levels or an unknown one, or a level occurs twice.
+        UserError: `among` is empty, contains all levels or an unknown one, a level occurs twice, or
+            the margin is not above 0.
     """
 
     kind: ClassVar[str] = "best"
+    fewest_seeds: ClassVar[int] = FEWEST_FOR_PAIRS
     among: CellNames
     levels: CellNames
     """All levels that are compared, including those of `among`."""
+    margin: Margin
+    """Smaller differences do not matter."""
 
     def __post_init__(self) -> None:
         _check(self, self.levels)
@@ -164,43 +153,73 @@ class Best:
         """The cells that are tested."""
         return self.levels
 
-    def find(self, values: Values, metric: str) -> Finding | None:
-        """The finding; None while there are too few seeds."""
-        groups = [values(level, metric) for level in self.levels]
-        if min(map(len, groups)) < _MIN_SEEDS:
-            return None
-        chances = compare.best_of(groups)
-        wanted = math.fsum(
-            chance
-            for level, chance in zip(self.levels, chances, strict=True)
-            if level in self.among
-        )
-        ranked = sorted(zip(chances, self.levels, groups, strict=True), key=lambda e: -e[0])
-        text = formatter(metric, groups)
-        best = ", ".join(
-            f"{level} {text(group.mean())} (best in {chance:.0%} of resamples)"
-            for chance, level, group in ranked[:3]
-        )
-        needed = self._needed(dict(zip(self.levels, groups, strict=True)))
-        return Finding(1 - wanted, wanted, best, min(map(len, groups)), needed)
+    def rule(self, groups: Groups, metric: str) -> Rule:
+        """The ruling by the level of the test."""
+        del metric
+        named = dict(zip(self.levels, groups, strict=True))
+        others = [named[level] for level in self.levels if level not in self.among]
+        against = [
+            [pairs.sides(named[each], other, self.margin) for each in self.among]
+            for other in others
+        ]
+        return partial(rules.best, against)
 
-    def _needed(self, groups: dict[str, FloatArray]) -> SeedsNeeded:
-        """Seeds needed to tell the best of `among` from the best of the others."""
-        means = {level: float(np.mean(group)) for level, group in groups.items()}
-        ours = max(self.among, key=lambda level: means[level])
-        rest = [level for level in self.levels if level not in self.among]
-        theirs = max(rest, key=lambda level: means[level])
-        return compare.compare(groups[theirs], groups[ours]).seeds_needed
+    def evidence(self, groups: Groups, metric: str) -> str:
+        """The numbers in words."""
+        named = dict(zip(self.levels, groups, strict=True))
+        ours, theirs = (
+            max(some, key=lambda level: float(np.median(named[level])))
+            for some in (self.among, [each for each in self.levels if each not in self.among])
+        )
+        found = evidence.difference(named, ours, theirs, metric)
+        return f"{evidence.medians(named, metric)}; {found}"
+
+
+@dataclass(frozen=True, slots=True)
+class SweetSpot:
+    """A level between two others is better than both.
+
+    Raises:
+        UserError: two of the three levels are the same, or the margin is not above 0.
+    """
+
+    kind: ClassVar[str] = "sweet-spot"
+    fewest_seeds: ClassVar[int] = FEWEST_FOR_PAIRS
+    inside: CellName
+    first: CellName
+    last: CellName
+    margin: Margin
+    """Smaller differences do not matter."""
+
+    def __post_init__(self) -> None:
+        _check(self, self.cells)
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The cells that are tested."""
+        return self.first, self.inside, self.last
+
+    def rule(self, groups: Groups, metric: str) -> Rule:
+        """The ruling by the level of the test."""
+        return Best((self.inside,), self.cells, self.margin).rule(groups, metric)
+
+    def evidence(self, groups: Groups, metric: str) -> str:
+        """The numbers in words."""
+        named = dict(zip(self.cells, groups, strict=True))
+        ends = (self.first, self.last)
+        found = [evidence.difference(named, self.inside, end, metric) for end in ends]
+        return "; ".join([evidence.medians(named, metric), *found])
 
 
 @dataclass(frozen=True, slots=True)
 class Beyond:
-    """The mean of a cell is above, or below, a number: Student's t-test."""
+    """Most seeds of a cell are above, or below, a number: the sign test."""
 
     kind: ClassVar[str] = "beyond"
+    fewest_seeds: ClassVar[int] = FEWEST_FOR_SIGNS
     level: CellName
     number: float
-    """In the metric's unit: return points, or a share from 0 to 1."""
+    """In the metric's unit."""
     side: Literal["above", "below"] = "above"
 
     def __post_init__(self) -> None:
@@ -211,34 +230,36 @@ class Beyond:
         """The cells that are tested."""
         return (self.level,)
 
-    def find(self, values: Values, metric: str) -> Finding | None:
-        """The finding; None while there are too few seeds."""
-        seen = values(self.level, metric)
-        if len(seen) < _MIN_SEEDS:
-            return None
-        found = compare.margin(seen, self.number)
-        text = formatter(metric, (seen, np.array([self.number])))
-        evidence = (
-            f"{self.level} {_interval(found.mean, text)}, "
-            f"{len(seen)} seeds, against {text(self.number)}"
-        )
-        sides = (found.p_above, found.p_below)
-        p_for, p_against = sides if self.side == "above" else sides[::-1]
-        return Finding(p_for, p_against, evidence, len(seen), found.seeds_needed)
+    def rule(self, groups: Groups, metric: str) -> Rule:
+        """The ruling by the level of the test."""
+        del metric
+        found = sign_test(groups[0], self.number)
+        return partial(rules.beyond, found if self.side == "above" else OneSided(*found[::-1]))
+
+    def evidence(self, groups: Groups, metric: str) -> str:
+        """The numbers in words."""
+        (seen,) = groups
+        count = int((seen > self.number if self.side == "above" else seen < self.number).sum())
+        number = formatter(metric, (seen,))(self.number)
+        against = f"{number}; {count} of {len(seen)} seeds {self.side} it"
+        return evidence.median_against(self.level, seen, metric, against)
 
 
 @dataclass(frozen=True, slots=True)
 class Near:
-    """The mean of a cell is within a margin of a number: two one-sided tests (Schuirmann, 1987).
+    """The median of a cell is within a margin of a number: two sign tests.
+
+    A return above the margin is *reached and exceeded*.
 
     Raises:
         UserError: the margin is not above 0.
     """
 
     kind: ClassVar[str] = "near"
+    fewest_seeds: ClassVar[int] = FEWEST_FOR_SIGNS
     level: CellName
     number: float
-    """In the metric's unit: return points, or a share from 0 to 1."""
+    """In the metric's unit."""
     within: Margin
     """The margin, in the same unit."""
 
@@ -250,37 +271,31 @@ class Near:
         """The cells that are tested."""
         return (self.level,)
 
-    def find(self, values: Values, metric: str) -> Finding | None:
-        """The finding; None while there are too few seeds."""
-        seen = values(self.level, metric)
-        if len(seen) < _MIN_SEEDS:
-            return None
-        low = compare.margin(seen, self.number - self.within)
-        high = compare.margin(seen, self.number + self.within)
-        evidence = (
-            f"{self.level} {_interval(low.mean, formatter(metric, (seen,)))}, "
-            f"{len(seen)} seeds, against {self.number:g} ± {self.within:g}"
-        )
-        sides = (
-            Finding(low.p_above, low.p_below, "", len(seen), low.seeds_needed),
-            Finding(high.p_below, high.p_above, "", len(seen), high.seeds_needed),
-        )
-        return _both(sides, evidence)
+    def rule(self, groups: Groups, metric: str) -> Rule:
+        """The ruling by the level of the test."""
+        ends = (sign_test(groups[0], self.number + by) for by in (-self.within, self.within))
+        return partial(rules.near, *ends, exceeds=is_return(metric))
+
+    def evidence(self, groups: Groups, metric: str) -> str:
+        """The numbers in words."""
+        against = f"{self.number:g} ± {self.within:g}"
+        return evidence.median_against(self.level, groups[0], metric, against)
 
 
 @dataclass(frozen=True, slots=True)
 class Alike:
-    """The means of two cells are within a margin: two one-sided Welch tests (Schuirmann, 1987).
+    """Any two of some cells typically differ by less than a margin: two one-sided tests each.
 
     Raises:
-        UserError: the margin is not above 0, or both cells are the same.
+        UserError: there are fewer than two levels, a level occurs twice, or the margin is not above
+            0.
     """
 
     kind: ClassVar[str] = "alike"
-    one: CellName
-    other: CellName
+    fewest_seeds: ClassVar[int] = FEWEST_FOR_PAIRS
+    levels: CellNames
     within: Margin
-    """In the metric's unit: return points, or a share from 0 to 1."""
+    """In the metric's unit."""
 
     def __post_init__(self) -> None:
         _check(self, self.cells)
@@ -288,28 +303,19 @@ class Alike:
     @property
     def cells(self) -> tuple[str, ...]:
         """The cells that are tested."""
-        return self.one, self.other
+        return self.levels
 
-    def find(self, values: Values, metric: str) -> Finding | None:
-        """The finding; None while there are too few seeds."""
-        one, other = values(self.one, metric), values(self.other, metric)
-        if min(len(one), len(other)) < _MIN_SEEDS:
-            return None
-        sides: list[Finding] = []
-        # not below by more than the margin, and not above by more
-        for shift in (-self.within, self.within):
-            found = compare.compare(one + shift, other)
-            as_said = (found.difference.value > 0) == (shift < 0)
-            p_for = _one_sided(found.p_value, as_said=as_said)
-            fewest = min(len(one), len(other))
-            sides.append(Finding(p_for, 1 - p_for, "", fewest, found.seeds_needed))
-        difference = compare.compare(one, other).difference
-        text = formatter(metric, (one, other))
-        evidence = (
-            f"{self.other} {text(other.mean())}, {self.one} {text(one.mean())}: "
-            f"difference {_interval(difference, text)}, against ± {self.within:g}"
-        )
-        return _both(sides, evidence)
+    def rule(self, groups: Groups, metric: str) -> Rule:
+        """The ruling by the level of the test."""
+        del metric
+        return partial(rules.within, pairs.sides_of_levels(groups, self.within)[0])
+
+    def evidence(self, groups: Groups, metric: str) -> str:
+        """The numbers in words."""
+        named = dict(zip(self.levels, groups, strict=True))
+        first, *_, last = self.levels
+        found = evidence.difference(named, last, first, metric)
+        return f"{evidence.medians(named, metric)}; {found}, against ± {self.within:g}"
 
 
 Test = Greater | Trend | SweetSpot | Best | Beyond | Near | Alike
@@ -332,28 +338,3 @@ def _check(test: Any, compared: Sequence[str] | None = None) -> None:
     twice = next((cell for cell in compared if list(compared).count(cell) > 1), None)
     if twice is not None:
         raise UserError(f"level {twice!r}: occurs twice, must occur once")
-
-
-def _one_sided(p: float, *, as_said: bool) -> float:
-    """The one-sided p-value in favour, from the two-sided one and the sign of the difference."""
-    return p / 2 if as_said else 1 - p / 2
-
-
-def _both(sides: Sequence[Finding], evidence: str) -> Finding:
-    """The finding of two tests that must both support the claim."""
-    p_for = max(side.p_for for side in sides)
-    # the claim fails if either test does, which doubles the probability of that by chance
-    p_against = min(1.0, 2 * min(side.p_against for side in sides))
-
-    def seeds_needed(alpha: float) -> int | None:
-        if p_for < p_against:
-            needed = [side.seeds_needed(alpha) for side in sides]
-            return None if None in needed else max(n for n in needed if n is not None)
-        failing = [side.seeds_needed(alpha / 2) for side in sides if side.p_for > side.p_against]
-        return min((n for n in failing if n is not None), default=None)
-
-    return Finding(p_for, p_against, evidence, min(side.seeds for side in sides), seeds_needed)
-
-
-def _interval(found: Interval, text: Callable[[float], str]) -> str:
-    return f"{text(found.value)} [{text(found.low)}, {text(found.high)}]"

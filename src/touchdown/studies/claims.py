@@ -2,19 +2,20 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+
+import numpy as np
 
 from touchdown.core.complaints import complaint
 from touchdown.core.errors import UserError
+from touchdown.core.types import FloatArray
 from touchdown.stats import compare
+from touchdown.studies.assurance import ASSURANCE, FURTHER_SEEDS, seeds_for_decision
 from touchdown.studies.claim_tests import KINDS, Test
-from touchdown.studies.findings import LEAST_P, Finding, Values, p_text
+from touchdown.studies.findings import LEAST_P, Finding, Values, Verdict, p_text
 from touchdown.studies.metrics import DEFAULT_METRIC
 
-Verdict = Literal["holds", "does not hold", "undecided"]
 CLAIMS = "claims"
 """Name of the table of claims in a report; studies may not use it."""
-VERDICTS: tuple[Verdict, ...] = ("holds", "does not hold", "undecided")
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +24,7 @@ class Claim:
 
     Example:
         ```python
-        Claim("A longer horizon brings more return.", Greater(above="0.99", below="0.9"))
+        Claim("A longer horizon brings more return.", Greater("0.99", "0.9", margin=20))
         ```
 
     Raises:
@@ -65,8 +66,9 @@ class Decision:
     seeds: int
     """Smallest number of seeds in a tested cell."""
     more_seeds: int | None
-    """Number of further seeds per cell that would probably decide it; None if it is decided, or if
-    no feasible number would."""
+    """Number of further seeds per cell that would decide it with a probability of `ASSURANCE`;
+    None if it is decided, if it has too few seeds for its test, or if no number that is tried
+    would."""
 
 
 def decide(claims: Sequence[Claim], values: Values, metric: str = DEFAULT_METRIC) -> list[Decision]:
@@ -78,32 +80,59 @@ def decide(claims: Sequence[Claim], values: Values, metric: str = DEFAULT_METRIC
         metric: the metric of claims that name none.
     """
     metrics = [claim.metric or metric for claim in claims]
-    findings = [claim.test.find(values, of) for claim, of in zip(claims, metrics, strict=True)]
-    raw = [1.0 if found is None else found.p_value for found in findings]
-    corrected = compare.holm(raw)
+    groups = [
+        [_known(values(cell, of)) for cell in claim.test.cells]
+        for claim, of in zip(claims, metrics, strict=True)
+    ]
+    findings = [
+        _finding(claim.test, of_claim, of)
+        for claim, of_claim, of in zip(claims, groups, metrics, strict=True)
+    ]
+    corrected = compare.holm([1.0 if each is None else each.p_value for each in findings])
     return [
-        _without_finding(claim, of, values) if finding is None else _decision(claim, of, finding, p)
-        for claim, of, finding, p in zip(claims, metrics, findings, corrected, strict=True)
+        _too_few(claim, of, of_claim)
+        if finding is None
+        else _decision(claim, of, of_claim, finding, p)
+        for claim, of, of_claim, finding, p in zip(
+            claims, metrics, groups, findings, corrected, strict=True
+        )
     ]
 
 
-def _without_finding(claim: Claim, metric: str, values: Values) -> Decision:
-    seeds = min(len(values(cell, metric)) for cell in claim.test.cells)
-    return Decision(claim, metric, "undecided", "too few finished runs", 1.0, 1.0, seeds, None)
+def _known(values: FloatArray) -> FloatArray:
+    """The numbers without those that a run does not have."""
+    return values[~np.isnan(values)]
 
 
-def _decision(claim: Claim, metric: str, finding: Finding, p: float) -> Decision:
+def _finding(test: Test, groups: Sequence[FloatArray], metric: str) -> Finding | None:
+    """The finding; None with fewer seeds than the test needs."""
+    seeds = min(map(len, groups))
+    if seeds < test.fewest_seeds:
+        return None
+    return Finding(test.rule(groups, metric), test.evidence(groups, metric), seeds)
+
+
+def _too_few(claim: Claim, metric: str, groups: Sequence[FloatArray]) -> Decision:
+    seeds = min(map(len, groups))
+    text = f"{seeds} finished seeds of each level; the test needs {claim.test.fewest_seeds}"
+    return Decision(claim, metric, "undecided", text, 1.0, 1.0, seeds, None)
+
+
+def _decision(
+    claim: Claim, metric: str, groups: Sequence[FloatArray], finding: Finding, p: float
+) -> Decision:
     text = f"{finding.evidence}; p {p_text(p) if p < LEAST_P else f'= {p_text(p)}'}"
     raw, seeds = finding.p_value, finding.seeds
-    if p < compare.ALPHA:
-        verdict = "holds" if finding.p_for < finding.p_against else "does not hold"
-        return Decision(claim, metric, verdict, text, raw, p, seeds, None)
     # the correction raised the p-value; to undo it, alpha falls by the same factor
-    needed = finding.seeds_needed(compare.ALPHA * raw / p)
-    more = None if needed is None else max(1, needed - seeds)
+    alpha = compare.ALPHA * raw / p
+    verdict = finding.verdict(alpha) if p <= compare.ALPHA else "undecided"
+    if verdict != "undecided":
+        return Decision(claim, metric, verdict, text, raw, p, seeds, None)
+    more = seeds_for_decision(claim.test, groups, metric, alpha / 2)
     advice = (
-        "no number of seeds that can be run would decide it"
+        f"{FURTHER_SEEDS[-1]} more seeds of each decide it with less than {ASSURANCE:.0%} "
+        "probability"
         if more is None
-        else f"about {more} more {'seed' if more == 1 else 'seeds'} of each would decide it"
+        else f"{more} more seeds of each decide it with {ASSURANCE:.0%} probability"
     )
     return Decision(claim, metric, "undecided", f"{text}; {advice}", raw, p, seeds, more)

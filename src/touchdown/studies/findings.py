@@ -2,37 +2,50 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Literal
 
 from touchdown.core.types import FloatArray
+from touchdown.stats.rules import EXCEEDS, FAILS, HOLDS, NO_DIFFERENCE, UNDECIDED, Ruling
 
 LEAST_P = 0.001
 """Smaller p-values are shown as "< 0.001"."""
 
 Values = Callable[[str, str], FloatArray]
 """One number per seed of a cell, [n], by the cell's name and the metric's."""
-SeedsNeeded = Callable[[float], int | None]
-"""Number of seeds per cell that would probably bring a test's p-value below alpha; None if no
-feasible number would."""
+
+Verdict = Literal[
+    "holds", "does not hold", "no difference that matters", "reached and exceeded", "undecided"
+]
+VERDICTS: dict[int, Verdict] = {
+    HOLDS: "holds",
+    EXCEEDS: "reached and exceeded",
+    NO_DIFFERENCE: "no difference that matters",
+    FAILS: "does not hold",
+    UNDECIDED: "undecided",
+}
+"""Verdicts by the codes of `stats.rules`, in the order in which a page counts them."""
+
+Rule = Callable[[float], Ruling]
+"""A claim's ruling by the level of its test: the probability of a wrong verdict on each side."""
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
     """The result of a test."""
 
-    p_for: float
-    """Probability of results at least this favourable, if the claim is only just false."""
-    p_against: float
-    """Probability of results at least this unfavourable, if the claim is only just true."""
+    rule: Rule
     evidence: str
     seeds: int
     """Smallest number of seeds in a cell."""
-    seeds_needed: SeedsNeeded
-    """A function of alpha, the level that the two-sided p-value must be below."""
 
     @property
     def p_value(self) -> float:
-        """Two-sided."""
-        return min(1.0, 2 * min(self.p_for, self.p_against))
+        """The smallest two-sided level at which it could be decided."""
+        return float(self.rule(0.5).p_value)
+
+    def verdict(self, alpha: float) -> Verdict:
+        """The verdict at a two-sided level."""
+        return VERDICTS[int(self.rule(alpha / 2).codes)]
 
 
 def p_text(p: float) -> str:

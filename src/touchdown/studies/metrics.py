@@ -10,12 +10,18 @@ METRICS = {
     "validation_return": "validation return of the selected checkpoint",
     "early_return": "mean validation return over the first third of training",
     "area": "mean validation return over training",
+    "training_return": "mean return of the last 100 training episodes",
     "hover_share": "share of training episodes that ran 1000 steps",
+    "hover_step_share": "share of training steps in episodes that ran 1000 steps",
+    "hover_peak_share": "largest share, of any 100 training episodes in a row, that ran 1000 steps",
     "worst_return": "lowest test return",
+    "share_solved": "share of test returns that reach the environment's threshold",
 }
 """What each metric measures, in return points or shares; the names are fields of `RunResult`."""
 DEFAULT_METRIC = "best_return"
-TEST_METRICS = ("best_return", "last_return", "worst_return")
+TIMES = {"env_steps_to_solved": "environment steps until a validation first reached the threshold"}
+"""Metrics of claims alone: a time is ∞ for a run that never got there, so it has no mean."""
+TEST_METRICS = ("best_return", "last_return", "worst_return", "share_solved")
 """Metrics that need a test."""
 
 
@@ -23,9 +29,14 @@ _SMALL = 10.0  # smaller numbers are shown with decimals
 _OF_PATHS = ("distance", "ratio")  # of the paper's comparison of flights
 
 
+def is_return(metric: str) -> bool:
+    """Whether a metric is in return points, of which more is better."""
+    return metric in METRICS and not is_share(metric)
+
+
 def is_share(metric: str) -> bool:
     """Whether a metric is a share, from 0 to 1, rather than return points."""
-    return metric.endswith("_share")
+    return metric.endswith("_share") or metric == "share_solved"
 
 
 def formatter(metric: str, groups: Iterable[FloatArray]) -> Callable[[float], str]:
@@ -39,6 +50,8 @@ def formatter(metric: str, groups: Iterable[FloatArray]) -> Callable[[float], st
     """
     if is_share(metric):
         return "{:z.1%}".format
+    if metric in TIMES:
+        return "{:,.0f}".format
     if metric in _OF_PATHS:
         return "{:z.3f}".format
     greatest = max((abs(float(value)) for group in groups for value in group), default=_SMALL)

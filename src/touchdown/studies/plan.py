@@ -1,7 +1,7 @@
 """A study: a base config, one or two factors with levels, seeds and claims; and its runs."""
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
@@ -13,7 +13,7 @@ from touchdown.core.errors import UserError
 from touchdown.core.names import hint
 from touchdown.studies.changes import Changes, nested
 from touchdown.studies.claims import Claim
-from touchdown.studies.metrics import DEFAULT_METRIC, METRICS, TEST_METRICS
+from touchdown.studies.metrics import DEFAULT_METRIC, METRICS, TEST_METRICS, TIMES
 
 FIRST_TUNING_SEED = 10_000
 """Training seeds from this one on are for choosing settings; no results are reported on them."""
@@ -135,7 +135,7 @@ class Study:
             base="cartpole",
             factors=[Factor.of("learning.gamma", [0.9, 0.99])],
             seeds=5,
-            claims=[Claim("A longer horizon is better.", Greater(above="0.99", below="0.9"))],
+            claims=[Claim("A longer horizon is better.", Greater("0.99", "0.9", margin=20))],
         )
         touchdown.run_study(study)
         ```
@@ -193,7 +193,7 @@ class Study:
         if twice is not None:
             raise UserError(f"study {self.name!r}: two cells are called {twice!r}")
         is_tested = all(cell.config.training.test_episodes for cell in cells)
-        _check_metric(self.metric, is_tested=is_tested)
+        _check_metric(self.metric, METRICS, is_tested=is_tested)
         names = list(dict.fromkeys((*self.labels(0), *cell_names)))
         if self.base_level and self.base_level not in names:
             raise UserError(f"base_level = {self.base_level!r}: {hint(self.base_level, names)}")
@@ -302,9 +302,9 @@ def _first_twice(names: Sequence[str]) -> str | None:
     return next((name for i, name in enumerate(names) if name in names[:i]), None)
 
 
-def _check_metric(metric: str, *, is_tested: bool) -> None:
-    if metric not in METRICS:
-        raise UserError(f"metric = {metric!r}: {hint(metric, METRICS)}")
+def _check_metric(metric: str, known: Collection[str], *, is_tested: bool) -> None:
+    if metric not in known:
+        raise UserError(f"metric = {metric!r}: {hint(metric, known)}")
     if metric in TEST_METRICS and not is_tested:
         raise UserError(
             f"metric = {metric!r}: needs a test, and test_episodes is 0; choose validation_return"
@@ -313,7 +313,7 @@ def _check_metric(metric: str, *, is_tested: bool) -> None:
 
 def _check_claim(claim: Claim, cells: Sequence[str], *, is_tested: bool) -> None:
     if claim.metric:
-        _check_metric(claim.metric, is_tested=is_tested)
+        _check_metric(claim.metric, (*METRICS, *TIMES), is_tested=is_tested)
     unknown = next((name for name in claim.test.cells if name not in cells), None)
     if unknown is not None:
         raise UserError(f"level {unknown!r}: unknown; {hint(unknown, cells)}")

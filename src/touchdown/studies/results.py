@@ -27,6 +27,8 @@ from touchdown.studies.store import Store
 from touchdown.studies.tuners import Tuned
 from touchdown.studies.work import LAST, PidJob
 
+_LAST_EPISODES = 100
+_WINDOW = 100  # training episodes in a row
 _BINS = 24  # of training, for the share of episodes that reach the limit
 
 
@@ -46,10 +48,14 @@ class RunResult:
     """Validation return of the final weights, on as many starts as in each validation."""
     early_return: float
     area: float
+    training_return: float
+    """Mean return of the last `_LAST_EPISODES` training episodes; those explore."""
     hover_share: float
+    hover_step_share: float
+    hover_peak_share: float
     worst_return: float
     share_solved: float
-    """NaN also in an environment without a threshold."""
+    """Share of test returns that reach the threshold; NaN also in an environment without one."""
     landed: float
     """NaN also in environments other than the lander."""
     env_steps: int
@@ -144,7 +150,6 @@ class StudyResults:
                     "worst_5%": run.test.worst_5_percent,
                 }
             row |= {
-                "share_solved": _finite(run.share_solved),
                 "landed": _finite(run.landed),
                 "observations": run.env_steps,
                 "seconds": run.seconds,
@@ -219,7 +224,10 @@ def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
         last_validation=means[-1],
         early_return=curves.area_under(at, means, until / 3),
         area=curves.area_under(at, means, until),
+        training_return=float(np.mean([row.episode_return for row in episodes[-_LAST_EPISODES:]])),
         hover_share=float(np.mean(timed_out)),
+        hover_step_share=float(np.average(timed_out, weights=[row.steps for row in episodes])),
+        hover_peak_share=_peak(timed_out),
         worst_return=min(e.episode_return for e in chosen.episodes) if chosen else math.nan,
         share_solved=math.nan if share_solved is None else share_solved,
         landed=chosen.summary.outcomes.get("landed", 0.0) if chosen and lands else math.nan,
@@ -249,6 +257,13 @@ def _test_of(folder: RunFolder) -> tuple[Evaluation | None, Evaluation | None]:
     chosen = read_evaluations(folder.evaluation)[0]
     last = folder.path / LAST
     return chosen, read_evaluations(last)[0] if last.is_file() else chosen
+
+
+def _peak(timed_out: Sequence[bool]) -> float:
+    """The largest share in any `_WINDOW` episodes in a row; of all, if there are fewer."""
+    counts = np.concatenate([[0], np.cumsum(timed_out)])
+    width = min(_WINDOW, len(timed_out))
+    return float((counts[width:] - counts[:-width]).max()) / width
 
 
 def _hovering(

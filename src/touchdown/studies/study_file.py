@@ -13,7 +13,7 @@ from touchdown.config.config import Config
 from touchdown.core import records
 from touchdown.core.errors import UserError, one_line
 from touchdown.core.names import hint
-from touchdown.studies.claim_tests import KINDS
+from touchdown.studies.claim_tests import KINDS, Test
 from touchdown.studies.claims import Claim
 from touchdown.studies.metrics import DEFAULT_METRIC
 from touchdown.studies.plan import Factor, Level, Study
@@ -121,12 +121,17 @@ def to_toml(study: Study) -> str:
                     "kind": claim.test.kind,
                     "metric": claim.metric,
                     "section": claim.section,
-                    **dataclasses.asdict(claim.test),
+                    **_fields_of(claim.test),
                 }
                 for claim in study.claims
             ],
         }
     )
+
+
+def _fields_of(test: Test) -> dict[str, Any]:
+    """The fields of a test; TOML has no word for those that are None."""
+    return {name: value for name, value in dataclasses.asdict(test).items() if value is not None}
 
 
 def _factor_from(table: _FactorTable) -> Factor:

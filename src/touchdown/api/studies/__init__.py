@@ -1,6 +1,7 @@
 """The study verbs as functions, for notebooks and scripts."""
 
 from touchdown.api.studies.agent_search import TunedAgent, tune_agent
+from touchdown.api.studies.check import check_statistics
 from touchdown.api.studies.comparison import compare
 from touchdown.api.studies.find import StudySelection, find_study
 from touchdown.api.studies.listing import TopicListing, list_studies
@@ -13,6 +14,7 @@ __all__ = [
     "StudySelection",
     "TopicListing",
     "TunedAgent",
+    "check_statistics",
     "compare",
     "estimate_study",
     "executor_of",
