@@ -19,7 +19,7 @@ THREADS = ROOT / "build" / "thread-sanitized"
 TOOLS = Path(sys.executable).parent
 ORACLES = ROOT / "tests" / "lander" / "engine"
 FUSED_TESTS = ROOT / "tests" / "agents" / "learners" / "test_fused.py"
-LOOP_TESTS = ROOT / "tests" / "training" / "test_compiled.py"
+LOOP_TESTS = [ROOT / "tests" / "training" / f"test_compiled{name}.py" for name in ("", "_pqn")]
 # otherwise the editable install would come before the build in PYTHONPATH
 BUILT_FIRST = """
 import sys
@@ -46,7 +46,7 @@ from touchdown.training import _train
 for module in (_fused, _train):
     assert "sanitized" in module.__file__, module.__file__
 import pytest
-tests = [{str(FUSED_TESTS)!r}, {str(LOOP_TESTS)!r}]
+tests = {[str(path) for path in (FUSED_TESTS, *LOOP_TESTS)]!r}
 sys.exit(pytest.main(["-q", "-p", "no:cacheprovider", "-n", "0", *tests]))
 """
 

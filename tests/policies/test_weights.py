@@ -73,6 +73,9 @@ def test_one_wrong_value_in_a_text_is_reported_in_one_line(path, name):
         ({"seed": "seven"}, "seed = 'seven': must be a whole number"),
         ({"seed": None}, "seed = None: must be a whole number"),
         ({"preset": None}, "preset: missing"),
+        ({"reward_scale": "0"}, "weights: reward_scale = '0': must be a number above 0"),
+        ({"reward_scale": "nan"}, "weights: reward_scale = 'nan': must be a number above 0"),
+        ({"reward_scale": "ten"}, "weights: reward_scale = 'ten': must be a number above 0"),
         ({"env_id": None}, "not a policy's weights: env_id: missing"),
         ({"table": None}, "not a policy's weights: must describe either a network or a table"),
         (
@@ -86,6 +89,13 @@ def test_texts_that_are_missing_or_wrong_are_refused(path, changes, said):
     with pytest.raises(UserError, match=said) as refused:
         read_all(path)
     assert str(refused.value).startswith(str(path))
+
+
+def test_the_scale_of_the_rewards_comes_back_and_is_one_in_files_without_it(path):
+    rewrite(path, reward_scale="0.25")
+    assert policy_weights.load_weights(path).reward_scale == 0.25
+    rewrite(path, reward_scale=None)
+    assert policy_weights.load_weights(path).reward_scale == 1.0
 
 
 def test_weights_that_were_not_chosen_have_no_final_return(path):

@@ -33,6 +33,7 @@ class _Metadata(msgspec.Struct, frozen=True):
     env_id: str
     preset: str | None = None
     seed: str | None = None
+    reward_scale: str = "1.0"
     facts: str = "{}"
     network: str | None = None
     table: str | None = None
@@ -72,6 +73,7 @@ def save_weights(
         **described,
         "preset": config.preset,
         "seed": str(config.seed),
+        "reward_scale": str(config.learning.reward_scale),
         "facts": json.dumps(msgspec.to_builtins(facts)),
     }
     files.write_atomic(path, files.to_safetensors(weights, metadata), follow=False)
@@ -89,6 +91,8 @@ class Weights(NamedTuple):
     """Of the policy; None of a policy that only its agent's code can make again."""
     params: FloatArray = np.zeros(0)
     """The model's, flat, [P]."""
+    reward_scale: float = 1.0
+    """Factor of the rewards that the values of the model estimate; 1 if the file does not say."""
 
 
 def load_weights(path: Path) -> NamedPolicy:
@@ -98,7 +102,7 @@ def load_weights(path: Path) -> NamedPolicy:
         UserError: it is truncated, of another version, or not a touchdown policy.
     """
     weights = read_weights(path)
-    return NamedPolicy(path.stem, weights.policy, weights.env_id)
+    return NamedPolicy(path.stem, weights.policy, weights.env_id, weights.reward_scale)
 
 
 def read_weights(path: Path) -> Weights:
@@ -132,7 +136,18 @@ def read_weights(path: Path) -> Weights:
         params = model.params_of(tensors)
     except (UserError, ValueError) as error:
         raise UserError(f"{where} for env_id {env_id!r}: {one_line(error)}") from None
-    return Weights(model.policy(params), env_id, spaces, model, params)
+    reward_scale = _scale(metadata.reward_scale, where)
+    return Weights(model.policy(params), env_id, spaces, model, params, reward_scale)
+
+
+def _scale(text: str, where: str) -> float:
+    try:
+        scale = float(text)
+    except ValueError:
+        scale = 0.0
+    if not 0 < scale < float("inf"):
+        raise UserError(f"{where}: reward_scale = {text!r}: must be a number above 0")
+    return scale
 
 
 def _read_with_agent(tensors: Tensors, text: str, path: Path) -> Weights:

@@ -101,7 +101,7 @@ def load_run(folder: RunFolder) -> NamedPolicy:
         UserError: there is none yet, or the files are broken.
     """
     found = load_weights(best_weights(folder))
-    return NamedPolicy(folder.name, found.policy, found.env_id)
+    return NamedPolicy(folder.name, found.policy, found.env_id, found.reward_scale)
 
 
 def best_weights(folder: RunFolder) -> Path:

@@ -94,13 +94,20 @@ class Playground {
     this.demo = true;
     this.waited = 0;
     this.game.begin(this.demoSetup(seed));
-    element(".hint").hidden = false;
     if (!this.calm) this.game.play();
   }
 
   endDemo() {
     this.demo = false;
-    element(".hint").hidden = true;
+    this.showHint();
+  }
+
+  /** Says how to fly, until a person does. */
+  showHint() {
+    const { race, playing, setup } = this.game;
+    const ready = setup.byHand && race.recorded === 0 && !playing;
+    element(".hint").hidden = !(this.demo || ready);
+    part(document, ".hint [data-do=fly]", HTMLButtonElement).hidden = !this.demo;
   }
 
   /** @returns {Setup} the present start by hand, against the first policy */
@@ -162,6 +169,7 @@ class Playground {
     }
     if (event === "ended" && !this.demo) this.keepScore();
     if (!this.demo && !this.game.playing) this.writeAddress();
+    this.showHint();
     element(".after").hidden = !this.game.race.over || this.demo;
     this.say(this.statusAfter(event));
   }
