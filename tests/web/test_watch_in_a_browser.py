@@ -68,16 +68,21 @@ def watched(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Watch
         address = training.stdout.readline().removeprefix("watch: ").strip()
         training.send_signal(signal.SIGSTOP)  # a busy machine opens the page after its end
         with opened(browser, address, allowed="http://127.0.0.1:") as (tab, said):
-            expect(tab.locator("#connection")).to_have_text("live", timeout=PATIENCE)
+            shown = tab.locator(".run dl div", has_text=re.compile("^episodes")).locator("dd")
+            expect(shown).not_to_be_empty(timeout=PATIENCE)
             training.send_signal(signal.SIGCONT)
-            episodes = tab.locator(".run dl div", has_text=re.compile("^episodes")).locator("dd")
+            while len(rows(folder)) < 3:
+                time.sleep(0.005)
+            training.send_signal(signal.SIGSTOP)  # and looks at it after its end
+            expect(shown).to_have_text(re.compile(r"^[1-9]\d*$"), timeout=PATIENCE)
+            counts.append(int(shown.inner_text()))
+            training.send_signal(signal.SIGCONT)
             while tab.locator(".badge.finished").count() == 0:
-                if episodes.count() and episodes.inner_text().isdecimal():
-                    counts.append(int(episodes.inner_text()))
+                counts.append(int(shown.inner_text()))
                 assert training.poll() in (None, 0), training.communicate()
                 time.sleep(0.1)
             training.communicate(timeout=60)
-            counts.append(int(episodes.inner_text()))
+            counts.append(int(shown.inner_text()))
             tab.reload()  # the page survives the end of training
             expect(tab.locator(".badge.finished")).to_be_visible(timeout=PATIENCE)
     port = int(re.findall(r":(\d+)/", address)[0])
@@ -126,7 +131,8 @@ def page(browser: Browser, watched: Watched) -> Generator[tuple[Tab, list[str]]]
 
 
 def rows(folder: RunFolder) -> list[dict[str, Any]]:
-    return [json.loads(line) for line in folder.episodes.read_text().splitlines()]
+    written = folder.episodes.read_text() if folder.episodes.is_file() else ""
+    return [json.loads(line) for line in written.splitlines(keepends=True) if line.endswith("\n")]
 
 
 def test_a_run_is_watched_from_its_first_episodes_to_its_end(watched: Watched):
