@@ -260,6 +260,18 @@ def test_output_to_a_full_disk_is_one_line_and_exit_code_2(args):
     assert (done.returncode, done.stderr) == (2, "touchdown: No space left on device\n")
 
 
+@pytest.mark.parametrize("closed", [">&-", "<&- >&-", "<&- >&- 2>&-"])
+def test_closed_streams_are_no_error(tmp_path, closed):
+    command = f'"{sys.executable}" -m touchdown export pilot-0 --runs-dir . {closed}'
+    done = subprocess.run(["sh", "-c", command], cwd=tmp_path, capture_output=True, check=False)
+    assert done.returncode == 2  # there is no such run
+    assert b"Traceback" not in done.stderr
+    command = f'"{sys.executable}" -m touchdown play --out page.html --no-browser {closed}'
+    done = subprocess.run(["sh", "-c", command], cwd=tmp_path, capture_output=True, check=False)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert (tmp_path / "page.html").read_text("utf-8").endswith("</html>")
+
+
 def test_memory_that_runs_out_in_training_is_one_line(tmp_path, monkeypatch, capsys):
     def exhausted(*_: object) -> None:
         raise RuntimeError("CUDA: Out of memory while trying to allocate")

@@ -29,6 +29,8 @@ def main(argv: Sequence[str] | None = None) -> None:
     from touchdown.core.terminal import make_console  # noqa: PLC0415 - it loads rich
 
     args = list(sys.argv[1:] if argv is None else argv)
+    if argv is None:
+        processes.open_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without UTF-8 still shows tables

@@ -8,6 +8,7 @@ import sys
 import threading
 from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from types import FrameType
 from typing import IO
 
@@ -57,6 +58,18 @@ def interrupt(_number: int) -> None:
         KeyboardInterrupt: always.
     """
     raise KeyboardInterrupt
+
+
+def open_closed_streams() -> None:
+    """Lead the standard streams that the caller closed nowhere.
+
+    Otherwise they are None, and the next file that is opened has the descriptor that libraries
+    write to.
+    """
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            stream = Path(os.devnull).open(mode, encoding="utf-8")  # noqa: SIM115 - it stays open
+            setattr(sys, name, stream)
 
 
 def silence(stream: IO[str]) -> None:
