@@ -256,7 +256,7 @@ class RolloutConfig:
     trace_decay: Share = 0.65
     """λ of the λ-returns: 0 bootstraps after one step, 1 at the end of the rollout."""
     mirror_half: bool = False
-    """Learn from the mirror image of every second environment's steps, chosen at random in each
+    """Replace the steps of each environment by their mirror images with probability 1/2 in each
     rollout; the environment must declare its mirror symmetry (after van der Pol et al., 2020)."""
 
     def __post_init__(self) -> None:
