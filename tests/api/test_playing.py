@@ -67,6 +67,7 @@ def test_the_weights_on_a_page_are_those_of_the_run_however_it_is_given(run):
         found = weights_of(page, next(iter(policies_of(page))))
         assert_array_equal(found.policy.values(seen), expected)
         assert found.env_id == "LunarLander-v3"
+        assert found.reward_scale == run.config.learning.reward_scale
 
 
 def test_a_run_with_a_name_that_is_no_text_is_on_the_page_under_a_printable_one(run, tmp_path):
@@ -106,6 +107,7 @@ def test_policies_that_a_browser_cannot_fly_are_refused_in_one_line():
         ("ppo.zip", "policy 'ppo.zip': a .zip file cannot fly in a browser; must be a run"),
         ("model.onnx", "policy 'model.onnx': a .onnx file cannot fly in a browser"),
         ("nobody", "policy 'nobody': unknown"),
+        (3, "policy '3': unknown"),
         (NamedPolicy("cart", RandomPolicy(2), "CartPole-v1"), "policy 'cart': acts in CartPole-v1"),
         (NamedPolicy("you", RandomPolicy(4), "LunarLander-v3"), "policy 'you': the page gives"),
         (

@@ -7,12 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from javascript import ACE, MODULE, encoded, in_node
 from playwright.sync_api import Browser, expect
 from playwright.sync_api import Page as Tab
 
 from chromium import chromium
 from contrast import contrast
 from touchdown.api import playing
+from touchdown.lander.single import LanderEnv
 from touchdown.policies import lookup
 from touchdown.web import playground
 
@@ -37,7 +39,9 @@ def url(tmp_path_factory: pytest.TempPathFactory) -> str:
 @pytest.fixture
 def opened(browser: Browser, url: str) -> Open:
     @contextmanager
-    def open_page(at: str = "", script: str = "", **settings: Any) -> Generator[Tab]:
+    def open_page(
+        at: str = "", script: str = "", page: str = url, **settings: Any
+    ) -> Generator[Tab]:
         context = browser.new_context(**(DESK | {"reduced_motion": "reduce"} | settings))
         tab = context.new_page()
         tab.set_default_timeout(15_000)
@@ -46,7 +50,7 @@ def opened(browser: Browser, url: str) -> Open:
         tab.on("pageerror", lambda error: said.append(str(error)))
         tab.on("request", lambda request: _note_request(said, request.url))
         tab.add_init_script(script)
-        tab.goto(url + at)
+        tab.goto(page + at)
         tab.wait_for_function("document.querySelector('.scenes canvas')")
         yield tab
         context.close()
@@ -117,6 +121,20 @@ def test_the_shipped_policy_lands_and_wins_the_race(opened: Open):
         assert tab.locator(".scenes canvas").count() == 3
 
 
+def test_the_map_of_a_random_policy_leaves_its_flight_alone(opened: Open, tmp_path: Path):
+    path = tmp_path / "random.html"
+    path.write_text(playground.render([playground.pilot_of(lookup.load("random"))], seed=7))
+    link = "start=7&pilot=random"
+    request = {"module": encoded(MODULE), "ace": encoded(ACE)}
+    (game,) = in_node(
+        "games.js", "play", request | {"games": [{"link": link, "script": [["frames", 20]]}]}
+    )
+    (flight,) = game["flights"]
+    with opened(f"#{link}", page=path.as_uri()) as tab:
+        wait_until_over(tab)
+        assert f"return −{-flight['returns'][-1]:.1f}" in status_of(tab)
+
+
 def test_a_shared_link_repeats_the_flight_to_the_last_bit(opened: Open):
     rough = "#start=12&pilot=you&autopilot=ace&against=pid&wind=12&faults=0.1&noise=0.05"
     with opened(rough) as tab:
@@ -146,13 +164,22 @@ def test_a_flight_that_goes_differently_is_noted_unless_its_reader_takes_over(op
         tab.keyboard.down("ArrowLeft")
         wait_until_over(tab)
         tab.keyboard.up("ArrowLeft")
-        assert not status_of(tab).endswith("It went differently where it was shared.")
+        assert not status_of(tab).endswith("This flight differs from the shared one.")
         whole = hash_of(tab)
         assert tab.locator(".scores tbody tr").count() == 1  # it is the reader's now
     with opened(whole.replace("check=", "check=other")) as tab:
         fly_fast(tab)
         wait_until_over(tab)
-        assert status_of(tab).endswith("It went differently where it was shared.")
+        assert status_of(tab).endswith("This flight differs from the shared one.")
+        for keys in (["Space"], [",", "."]):  # it ends again
+            for key in keys:
+                tab.keyboard.press(key)
+            wait_until_over(tab)
+            assert status_of(tab).endswith("This flight differs from the shared one.")
+        tab.keyboard.down("ArrowUp")  # nothing is left to fly
+        assert tab.locator(".scores tbody tr").count() == 0
+        tab.keyboard.press("Space")
+        wait_until_over(tab)
         assert tab.locator(".scores tbody tr").count() == 0
 
 
@@ -224,6 +251,8 @@ def test_a_file_of_weights_becomes_a_rival_and_any_other_file_is_refused(
         fly_fast(tab)
         wait_until_over(tab)
         assert status_of(tab).startswith("1. mine +280.2 (landed)")
+        tab.get_by_role("radio", name="mine").check()
+        expect(tab.get_by_role("heading", name="What mine expects")).to_be_visible()
         chooser.set_input_files(tmp_path / "mine.safetensors")
         expect(status).to_have_text("mine.safetensors: the page has a policy of this name.")
 
@@ -314,6 +343,18 @@ def test_words_stand_out_and_the_scene_fits_the_window(opened: Open, scheme: str
         assert tab.evaluate("document.documentElement.scrollWidth") == 1280
         bar = tab.locator(".bar").bounding_box()
         assert bar["y"] + bar["height"] <= 800  # scene and controls, without scrolling
+
+
+def test_values_are_shown_in_return_points(opened: Open):
+    observation, _ = LanderEnv().reset(seed=7)
+    ace = lookup.load("ace")
+    assert ace.reward_scale == 0.1
+    expected = ace.policy.values(observation[None])[0] / 0.1  # type: ignore[attr-defined]
+    with opened() as tab:
+        shown = tab.locator("[data-strip=values] b")
+        expect(shown.first).not_to_be_empty()
+        values = [float(each.replace("−", "-")) for each in shown.all_inner_texts()]
+        assert values == pytest.approx(expected, abs=0.051)
 
 
 def test_strips_and_map_show_what_the_network_thinks(opened: Open):

@@ -167,6 +167,13 @@ def test_settings_that_a_file_leaves_out_have_pythons_defaults():
     assert computed([content], seen()[:1])[0]["layerSizes"] == [8, *NetworkConfig().hidden_sizes, 4]
 
 
+def test_a_file_says_by_what_its_rewards_were_scaled():
+    tensors, network = random_params(KINDS["plain"]), asdict(KINDS["plain"])
+    files = [file_of(tensors, network), file_of(tensors, network, reward_scale="0.01")]
+    answers = computed([*files, ACE.read_bytes()], seen()[:1])
+    assert [answer["rewardScale"] for answer in answers] == [1, 0.01, 0.1]
+
+
 def test_a_wrong_file_is_refused_in_one_line():
     config = KINDS["all"]
     tensors, network = random_params(config), asdict(config)
@@ -203,6 +210,12 @@ def test_a_wrong_file_is_refused_in_one_line():
             network,
         ),
         "extra: is not part of the network": file_of(tensors | {"extra": bias}, network),
+        'reward_scale = "0": must be a number above 0': file_of(
+            tensors, network, reward_scale="0"
+        ),
+        'reward_scale = "-1"': file_of(tensors, network, reward_scale="-1"),
+        'reward_scale = "nan"': file_of(tensors, network, reward_scale="nan"),
+        'reward_scale = "Infinity"': file_of(tensors, network, reward_scale="Infinity"),
     }  # fmt: skip
     for said, expected in zip(complaints(list(wrong.values())), wrong, strict=True):
         assert said is not None, expected

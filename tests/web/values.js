@@ -24,7 +24,8 @@ export async function ofNetworks({ module, files, observations }) {
       activations: network.activations().map((layer) => [...layer]),
     }));
     network.free();
-    return { name: network.name, layerSizes: network.layerSizes, rows };
+    const { name, layerSizes, rewardScale } = network;
+    return { name, layerSizes, rewardScale, rows };
   });
 }
 

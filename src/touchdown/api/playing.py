@@ -77,7 +77,7 @@ def offered() -> list[Pilot]:
 
 def _pilot(policy: PolicyLike, runs_dir: Path) -> Pilot:
     if not isinstance(policy, NamedPolicy | Run):
-        suffix = Path(policy).suffix
+        suffix = Path(str(policy)).suffix
         if suffix in POLICY_FILES and suffix not in _FLYING_FILES:
             raise UserError(
                 f"policy {str(policy)!r}: a {suffix} file cannot fly in a browser; must be a run, "

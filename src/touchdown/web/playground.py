@@ -68,7 +68,7 @@ def pilot_of(named: NamedPolicy) -> Pilot:
     if isinstance(policy, RandomPolicy):
         return Pilot(name, "random")
     if isinstance(policy, GreedyPolicy) and "network" in policy.describe():
-        return Pilot(name, "network", weights=_weights_of(policy))
+        return Pilot(name, "network", weights=_weights_of(policy, named.reward_scale))
     raise UserError(
         f"policy {name!r}: cannot fly in a browser; must be a network of touchdown, or a PID "
         "controller, heuristic or random"
@@ -83,8 +83,10 @@ def render(pilots: Sequence[Pilot], seed: int) -> str:
             first counts.
         seed: seed of the first start.
     """
-    distinct = {pilot.name: pilot for pilot in reversed(pilots)}
-    ordered = [pilot for pilot in pilots if distinct[pilot.name] is pilot]
+    distinct: dict[str, Pilot] = {}
+    for pilot in pilots:
+        distinct.setdefault(pilot.name, pilot)
+    ordered = distinct.values()
     weights = {_file_of(pilot): pilot.weights for pilot in ordered if pilot.weights is not None}
     return page.render(
         "play.html.j2",
@@ -98,12 +100,13 @@ def _file_of(pilot: Pilot) -> str:
     return f"{pilot.name}.safetensors"
 
 
-def _weights_of(policy: GreedyPolicy) -> bytes:
+def _weights_of(policy: GreedyPolicy, reward_scale: float) -> bytes:
     layers = policy.network.layers(np.asarray(policy.params))
     metadata = {
         "format_version": str(WEIGHTS_FORMAT_VERSION),
         "env_id": rules.LANDER_IDS[0],
         "network": json.dumps(policy.describe()["network"]),
+        "reward_scale": str(reward_scale),
     }
     tensors = {name: np.ascontiguousarray(layer, np.float32) for name, layer in layers.items()}
     return files.to_safetensors(tensors, metadata)

@@ -14,15 +14,15 @@ const STRIPS_EVERY = 3; // frames
 const TRAIL = 100; // steps of the path on the map
 
 export class Display {
-  /** @param {Map<string, Policy>} networks policies that have values, by name */
-  constructor(networks) {
+  constructor() {
     const palette = new Palette();
-    this.networks = networks;
     this.screens = new Screens(element(".scenes"));
     this.strips = new Strips(element(".strips"), palette);
     this.map = new ActionMap(part(document, ".plot canvas", HTMLCanvasElement), palette);
     /** @type {Insight | null} */
     this.insight = null;
+    /** @type {Policy | null} an instance of its own: the one that flies may have a state */
+    this.mapped = null;
     this.frames = 0;
     /** Whether the picture is not that of the game. */
     this.stale = true;
@@ -49,16 +49,15 @@ export class Display {
    * @param {Game} game
    */
   show(game) {
-    const { lead } = game.race;
-    const own = lead.autopilot?.values ? lead.autopilot : null;
-    const critic = own ?? this.networks.values().next().value ?? null;
-    const name = [...this.networks].find(([, each]) => each === critic)?.[0] ?? "a network";
-    this.insight = new Insight(lead, critic);
+    const { autopilot, seed } = game.setup;
+    const [name, critic] = criticOf(game) ?? ["a network", null];
+    this.insight = new Insight(game.race.lead, critic);
+    this.mapped = game.policies.get(autopilot)?.(seed) ?? null;
     this.map.restart();
     this.screens.show(game);
     for (const each of document.querySelectorAll("[data-name=critic]")) each.textContent = name;
     for (const each of document.querySelectorAll("[data-name=autopilot]")) {
-      each.textContent = game.setup.autopilot;
+      each.textContent = autopilot;
     }
     this.stale = true;
   }
@@ -83,10 +82,10 @@ export class Display {
     if (this.insight && (!game.playing || this.frames % STRIPS_EVERY === 0)) {
       this.strips.draw(game, this.insight);
     }
-    if (!lead.autopilot) return;
+    if (!this.mapped) return;
     const seen = lead.seen(step);
     const earlier = lead.moments.slice(Math.max(step - TRAIL, 0), step + 1);
-    this.map.draw(lead.autopilot, seen, earlier.map((moment) => moment.observation));
+    this.map.draw(this.mapped, seen, earlier.map((moment) => moment.observation));
     this.stale = !this.map.isOf(seen);
   }
 
@@ -99,4 +98,18 @@ export class Display {
     [element(".plot .across").textContent, element(".plot .up").textContent] = axes.names;
     this.stale = true;
   }
+}
+
+/**
+ * The policy whose values are shown, and its name: the lead's own if it has values, else the first
+ * one that has.
+ * @param {Game} game
+ * @returns {[string, Policy] | null}
+ */
+function criticOf({ policies, setup: { autopilot, seed } }) {
+  for (const name of [autopilot, ...policies.keys()]) {
+    const policy = policies.get(name)?.(seed);
+    if (policy?.values) return [name, policy];
+  }
+  return null;
 }

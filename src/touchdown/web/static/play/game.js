@@ -98,12 +98,16 @@ export class Game {
     this.onEvent(this.race.over ? "ended" : "changed");
   }
 
-  /** A person presses an engine: they fly on from the moment shown. */
+  /**
+   * A person presses an engine: they fly on from the moment shown.
+   * @returns {boolean} whether they can
+   */
   takeOver() {
     const { race } = this;
-    if (race.lead.over && race.step >= race.lead.steps) return;
+    if (race.lead.over && race.step >= race.lead.steps) return false;
     race.takeOver();
     if (!this.playing) this.play();
+    return true;
   }
 
   /** Switches the autopilot on or off for what is flown from now on. */

@@ -17,14 +17,15 @@ export class Insight {
   }
 
   /**
-   * Q(s, a) after `step` steps, [4]; null without a critic.
+   * Q(s, a) in return points after `step` steps, [4]; null without a critic.
    * @param {number} step
    */
   values(step) {
     const moment = this.flight.at(step);
     let values = this.known.get(moment) ?? null;
     if (!values && this.critic?.values) {
-      values = this.critic.values(this.flight.seen(step))?.slice() ?? null;
+      const scale = this.critic.rewardScale ?? 1;
+      values = this.critic.values(this.flight.seen(step))?.map((value) => value / scale) ?? null;
       if (values) this.known.set(moment, values);
     }
     return values;

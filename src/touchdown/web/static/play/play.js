@@ -29,13 +29,15 @@ class Playground {
   constructor(engine, policies, seed) {
     this.names = [...policies.keys()];
     this.policies = policies;
-    this.display = new Display(networksOf(policies));
+    this.display = new Display();
     this.scores = new Scores();
     this.calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.complaint = ""; // about the link
     /** Whether flights are shown until a person does something. */
     this.demo = true;
     this.waited = 0;
+    /** Whether the flight is that of a link, by whoever made it. */
+    this.isShared = false;
     /** @type {string | null} of how a shared flight went where it was shared */
     this.expected = null;
     this.game = new Game(engine, policies, this.demoSetup(seed), (event) => this.onEvent(event));
@@ -71,7 +73,7 @@ class Playground {
       fly: inGame(() => this.begin(this.byHand())),
       watch: inGame(() => this.begin({ ...game.setup, byHand: false })),
       autopilot: inGame(() => {
-        this.expected = null;
+        if (!game.race.lead.over) this.isShared = false; // it is another flight now
         game.toggleAutopilot();
       }),
       view: () => this.turnView(),
@@ -122,7 +124,7 @@ class Playground {
    * @param {number[]} [planned]
    */
   begin(setup, planned) {
-    this.expected = null;
+    this.isShared = false;
     this.game.begin(setup, planned);
     if (!setup.byHand) this.game.play();
   }
@@ -141,6 +143,7 @@ class Playground {
       if (unknown !== undefined) throw new RangeError(`this page has no policy ${unknown}`);
       this.endDemo();
       this.begin(setup, commands);
+      this.isShared = true;
       this.expected = check;
       if (commands.length > 0) this.game.play();
       return true;
@@ -156,8 +159,7 @@ class Playground {
       this.endDemo();
       this.begin(this.byHand());
     }
-    this.expected = null; // it is another flight now
-    this.game.takeOver();
+    if (this.game.takeOver()) this.isShared = false; // it is another flight now
   }
 
   /** @param {GameEvent} event */
@@ -180,15 +182,15 @@ class Playground {
     if (this.demo) return this.complaint;
     if (event === "handed over") return "Your turn: the link ends here. Press an engine to fly on.";
     if (!game.race.over) return describe(game);
-    const other = this.expected !== null && this.expected !== checkOf(game.race.flights);
-    this.expected = null;
-    return ranking(game) + (other ? " It went differently where it was shared." : "");
+    const expected = this.isShared ? this.expected : null;
+    const differs = expected !== null && expected !== checkOf(game.race.flights);
+    return ranking(game) + (differs ? " This flight differs from the shared one." : "");
   }
 
   keepScore() {
     const { race, pilot, setup } = this.game;
     const { lead } = race;
-    if (!lead.byHand || !lead.outcome || this.expected !== null) return;
+    if (!lead.byHand || !lead.outcome || this.isShared) return;
     const { return: episodeReturn, fuel } = lead.at(lead.steps);
     const { outcome, steps } = lead;
     const link = this.link();
@@ -273,15 +275,6 @@ class Playground {
     }
     requestAnimationFrame((next) => this.frame(next, now));
   }
-}
-
-/**
- * @param {import("touchdown/policies/pilots.js").Policies} policies
- * @returns {Map<string, import("touchdown/policies/policy.js").Policy>}
- */
-function networksOf(policies) {
-  const made = [...policies].map(([name, make]) => /** @type {const} */ ([name, make(0)]));
-  return new Map(made.filter(([, policy]) => policy.values));
 }
 
 const data = readData();

@@ -10,8 +10,9 @@ export async function copyLink(link) {
     try {
       await navigator.share({ title: document.title, url: link });
       return "Shared.";
-    } catch {
-      // cancelled, or not allowed: the clipboard is left
+    } catch (error) {
+      if (error instanceof DOMException && error.name === "AbortError") return "Not shared.";
+      // not allowed here: the clipboard is left
     }
   }
   try {

@@ -7,6 +7,7 @@
  *   1 left engine, 2 main engine, 3 right engine.
  * @property {((observation: Float32Array) => Float32Array | null)} [values] The value of each
  *   action [4], if the policy computes any.
+ * @property {number} [rewardScale] The factor of the rewards that the values estimate; 1 without it.
  * @property {() => void} [reset] Called at the start of each episode.
  */
 
