@@ -135,7 +135,7 @@ class Servers:
     def start(self, shelf: Shelf) -> Server:
         """A server of the runs on a shelf."""
         server = Server(shelf)
-        ends = (lambda _pages: self._end.is_set(),)
+        ends = (lambda _last_used: self._end.is_set(),)
         self._threads.append(threading.Thread(target=server.serve, args=ends))
         self._threads[-1].start()
         return server

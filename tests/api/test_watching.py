@@ -17,7 +17,7 @@ def runs(tmp_path):
 
 
 def test_the_page_of_several_runs_is_one_file(runs, tmp_path):
-    out = touchdown.watch(["one", "two"], runs_dir=runs, out=tmp_path / "page.html")
+    out = touchdown.watch(["one", "two", "one"], runs_dir=runs, out=tmp_path / "page.html")
     assert out == tmp_path / "page.html"
     assert "<title>2 runs</title>" in out.read_text("utf-8")
 

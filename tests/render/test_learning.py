@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -5,6 +7,7 @@ from PIL import Image
 from finished_runs import flight
 from touchdown.core.errors import UserError
 from touchdown.render.learning import MOST_PANELS, write_learning
+from touchdown.render.scene import Scene
 
 
 def flights(count: int, steps: int = 3):
@@ -33,6 +36,21 @@ def test_a_shorter_flight_stays_at_its_end_with_its_outcome(tmp_path):
     left = abs(middle[:, :300] - last[:, :300]).max()
     right = abs(middle[:, 302:] - last[:, 302:]).max()
     assert left < 60 < right  # the palette is not exact
+
+
+@pytest.mark.parametrize(("name", "stride"), [("film.gif", 8), ("film.mp4", 4)])
+def test_no_burn_of_an_engine_is_missing_from_the_film(tmp_path, monkeypatch, name, stride):
+    seen = set()
+    frame = Scene.frame
+
+    def noted(self, step, since):
+        seen.add((since, step))
+        return frame(self, step, since)
+
+    monkeypatch.setattr(Scene, "frame", noted)
+    write_learning(flights(1, steps=21), tmp_path / name)
+    steps = [*range(0, 21, stride), 21]
+    assert set(pairwise([0, *steps])) <= seen
 
 
 def test_the_film_can_be_mp4(tmp_path):

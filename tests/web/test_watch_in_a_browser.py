@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import signal
 import socket
 import subprocess
@@ -18,6 +19,7 @@ from playwright.sync_api import Browser, expect
 from playwright.sync_api import Page as Tab
 
 from chromium import chromium
+from contrast import contrast
 from touchdown.agents.learners.backend import is_built
 from touchdown.api.watching import shelf_of, watch
 from touchdown.runs.folder import RunFolder
@@ -186,7 +188,8 @@ def test_the_slider_goes_through_the_policies_of_training(watched: Watched, page
     expect(tab.locator(".starts button").first).not_to_have_text("…", timeout=PATIENCE)
     tab.locator(".starts button").nth(1).click()
     expect(tab.locator("#flight-said")).to_contain_text("start 1000001", timeout=PATIENCE)
-    mark = tab.locator(".marks button").first
+    expect(tab.locator(".starts button").nth(1)).to_be_focused()
+    mark = tab.locator(".marks button").locator("visible=true").first
     expect(mark).to_be_visible(timeout=PATIENCE)
     mark.click()
     expect(tab.locator("#network-said")).to_contain_text("dead units")
@@ -215,31 +218,22 @@ def test_the_page_from_disk_fits_the_window_and_is_readable(page, size: str, sch
     for chart in ("curve", "loss", "outcomes", "q", "epsilon", "along", "over"):
         assert tab.locator(f"#{chart} .main-svg").first.bounding_box()["height"] > 150
     for part in (".note", ".badge", ".brand", ".run dt", "h2"):
-        assert contrast(tab, part) > 4.5, part  # WCAG 2.2, 1.4.3
-    assert tab.locator("#connection").inner_text() == "a copy, which does not change"
+        assert contrast(*colours_of(tab, part)) > 4.5, part  # WCAG 2.2, 1.4.3
+    assert tab.locator("#connection").inner_text() == "saved copy"
     assert not tab.locator("#all-runs").is_visible()
     assert said == []
 
 
-def contrast(tab: Tab, selector: str) -> float:
-    """Of the first such text and what is behind it, as WCAG 2.2 defines it."""
-    return (
-        tab.locator(selector)
-        .locator("visible=true")
-        .first.evaluate("""(element) => {
-      const light = (colour) => {
-        const parts = colour.match(/[0-9.]+/g).slice(0, 3).map((part) => part / 255);
-        const [r, g, b] = parts.map((c) => c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4);
-        return 0.2126 * r + 0.7152 * g + 0.0722 * b + 0.05;
-      };
+def colours_of(tab: Tab, selector: str) -> tuple[str, str]:
+    """The colours of the first such text and of what is behind it."""
+    text = tab.locator(selector).locator("visible=true").first
+    ink, behind = text.evaluate("""(element) => {
       let behind = element;
       while (getComputedStyle(behind).backgroundColor === "rgba(0, 0, 0, 0)")
         behind = behind.parentElement;
-      const ink = light(getComputedStyle(element).color);
-      const paper = light(getComputedStyle(behind).backgroundColor);
-      return Math.max(ink, paper) / Math.min(ink, paper);
+      return [getComputedStyle(element).color, getComputedStyle(behind).backgroundColor];
     }""")
-    )
+    return ink, behind
 
 
 def test_runs_are_chosen_from_the_list_and_seen_side_by_side(
@@ -249,8 +243,12 @@ def test_runs_are_chosen_from_the_list_and_seen_side_by_side(
     append(other.episodes, *(episode(number) for number in range(1, 9)))
     address = serving(servers, watched.folder.path.parent)
     with opened(browser, address, allowed=address) as (tab, said):
+        expect(tab.locator("#list a")).to_have_text(["other", "live"])
         tab.get_by_role("checkbox", name="choose live").check()
         tab.get_by_role("checkbox", name="choose other").check()
+        os.utime(other.episodes, (0, 0))
+        expect(tab.locator("#list a")).to_have_text(["live", "other"], timeout=PATIENCE)
+        expect(tab.get_by_role("checkbox", name="choose other")).to_be_focused()
         tab.get_by_role("button", name="Watch").click()
         expect(tab.locator(".run")).to_have_count(2, timeout=PATIENCE)
         expect(tab.locator("#curve .scatterlayer .trace")).to_have_count(3, timeout=PATIENCE)
@@ -258,6 +256,53 @@ def test_runs_are_chosen_from_the_list_and_seen_side_by_side(
         append(other.episodes, episode(9))
         card = tab.locator(".run", has_text="other")
         expect(card.locator("dd").nth(2)).to_have_text("9", timeout=PATIENCE)
+        assert said == []
+
+
+@pytest.fixture
+def twins(watched: Watched, tmp_path: Path) -> list[RunFolder]:
+    """Two copies of the run that was watched."""
+    found = [RunFolder(tmp_path / "runs" / name) for name in ("one", "two")]
+    for each in found:
+        shutil.copytree(watched.folder.path, each.path)
+    return found
+
+
+def test_another_run_is_chosen_to_fly(browser: Browser, twins: list[RunFolder], servers: Servers):
+    address = serving(servers, twins[0].path.parent)
+    query = "&".join(f"run={key_of(each)}" for each in twins)
+    with opened(browser, f"{address}?{query}", allowed=address) as (tab, said):
+        caption, slider = tab.locator("#flight-said"), tab.locator("#policy-said")
+        expect(caption).to_contain_text("Greedy flight", timeout=PATIENCE)
+        for name in ("two", "one", "two"):
+            tab.get_by_label("Run to fly").select_option(name)
+            expect(tab.locator(".film-stage canvas")).to_have_count(1)
+            tab.locator("#policy").focus()
+            tab.keyboard.press("Home")
+            expect(slider).to_contain_text("before training, 1 of")
+            tab.get_by_role("button", name="Play the film of learning").click()
+            tab.get_by_role("button", name="Stop the film").click()  # one listener, not two
+        assert painted(tab, "#network")
+        assert said == []
+
+
+def test_policies_that_training_deletes_leave_the_chosen_one_where_it_is(
+    browser: Browser, twins: list[RunFolder], servers: Servers
+):
+    run, _ = twins
+    address = serving(servers, run.path.parent)
+    first, second, *_ = sorted(run.over_training.iterdir())
+    with opened(browser, f"{address}?run={key_of(run)}", allowed=address) as (tab, said):
+        policy = tab.locator("#policy-said")
+        expect(tab.locator("#flight-said")).to_contain_text("Greedy flight", timeout=PATIENCE)
+        tab.locator("#policy").focus()
+        tab.keyboard.press("Home")
+        tab.keyboard.press("ArrowRight")
+        chosen = f"after {int(second.stem):,} steps"
+        expect(policy).to_contain_text(f"{chosen}, 2 of")
+        first.unlink()
+        expect(policy).to_contain_text(f"{chosen}, 1 of", timeout=PATIENCE)
+        assert tab.locator("#policy").input_value() == "0"
         assert said == []
 
 
@@ -292,7 +337,9 @@ def test_other_environments_have_charts_and_no_flights(
         tab.goto(f"{address}?run={key_of(empty)}")
         expect(tab.locator(".run dd")).to_have_text("none yet", timeout=PATIENCE)
         tab.goto(f"{address}?run={'0' * 16}")
-        expect(tab.locator(".notice")).to_contain_text("there is no such run", timeout=PATIENCE)
+        expect(tab.locator(".notice")).to_contain_text(
+            "This run no longer exists", timeout=PATIENCE
+        )
         assert said == []
 
 

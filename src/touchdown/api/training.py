@@ -1,7 +1,8 @@
 """Trains an agent, or resumes a stopped run."""
 
+import warnings
 from collections.abc import Generator, Iterable, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -63,7 +64,8 @@ def train(
             raises.
         logger: `wandb`, `mlflow` or both, to log there too.
         watch: whether to show the training on a local page, and open it in a browser if there is a
-            display. The page stays when training ends, as long as it is open.
+            display. The page stays when training ends, as long as it is open. Its address is
+            printed even if `progress` is False.
         trust: whether to import code that the config names. Code that the other arguments name is
             imported without it.
         progress: True shows progress and results, False shows nothing; None shows them in a
@@ -100,7 +102,7 @@ def train(
         loggers = services.check_names(logger)
         folder = folders.create(Path(runs_dir), chosen, name)
         shown = console_for(progress, console)
-        with _watched(folder, shown) if watch else nullcontext():
+        with _watched(folder, console) if watch else nullcontext():
             return complete(folder, shown, told, loggers)
 
 
@@ -143,17 +145,28 @@ def resume(
     with Listeners(listeners) as told, plugins.trusting(everything=trust):
         folder = find_run(run, runs_dir).folder
         _hand_over(env, agent, folder.config())
+        if watch:
+            folders.lock(folder).close()  # refuse before a page opens
         loggers = services.check_names(logger)
         shown = console_for(progress, console)
-        with _watched(folder, shown) if watch else nullcontext():
+        with _watched(folder, console) if watch else nullcontext():
             return complete(folder, shown, told, loggers)
 
 
 @contextmanager
-def _watched(folder: RunFolder, shown: Console) -> Generator[None]:
-    """Serve the page of a run while the block trains it."""
-    with beside.watched(folder) as address:
-        shown.print(f"watch: {address}", soft_wrap=True, markup=False, highlight=False)
+def _watched(folder: RunFolder, console: Console | None) -> Generator[None]:
+    """Serve the page of a run while the block trains it; without a server it trains all the same.
+
+    Its address is told even where progress is not shown, because nobody can guess it.
+    """
+    with ExitStack() as stack:
+        try:
+            address = stack.enter_context(beside.watched(folder))
+        except UserError as error:
+            warnings.warn(f"{error}; training goes on without the page", stacklevel=2)
+        else:
+            shown = console_for(progress=True, console=console)
+            shown.print(f"watch: {address}", soft_wrap=True, markup=False, highlight=False)
         yield
 
 

@@ -55,7 +55,8 @@ def watch(
     """
     folder = Path(runs_dir)
     several = [runs] if isinstance(runs, RunLike) else list(runs)
-    found = [each for run in several for each in _folders(run, folder)]
+    named = [each for run in several for each in _folders(run, folder)]
+    found = list({key_of(each): each for each in named}.values())
     if out is not None:
         return _write(found, Path(out), folder, force=force)
     if not found and not folder.is_dir():

@@ -41,10 +41,10 @@ def write_learning(flights: Sequence[Flight], path: Path) -> None:
     check_video_path(path)
     if not 1 <= len(flights) <= MOST_PANELS:
         raise ValueError(f"flights: {len(flights)}, must be from 1 to {MOST_PANELS}")
-    panels = [_Panel(flight) for flight in flights]
     last = max(flight.steps for flight in flights)
     fps = _FPS[path.suffix.lower()]
     stride = round(_SPEED * flights[0].steps_per_second / fps)
+    panels = [_Panel(flight, stride) for flight in flights]
     film = _pictures(panels, [*range(0, last, stride), last], 1 / fps)
     if path.suffix.lower() == ".gif":
         steps = np.linspace(0, last, _SAMPLES).astype(int).tolist()
@@ -54,10 +54,16 @@ def write_learning(flights: Sequence[Flight], path: Path) -> None:
 
 
 class _Panel:
-    """One flight of the film, with the policy's name over it."""
+    """One flight of the film, with the policy's name over it.
 
-    def __init__(self, flight: Flight) -> None:
+    Args:
+        flight: the flight.
+        stride: steps from one picture of the film to the next.
+    """
+
+    def __init__(self, flight: Flight, stride: int) -> None:
         self._flight = flight
+        self._stride = stride
         self._scene = Scene(flight, _SCALE, texts=False)
         self._end: Image.Image | None = None
         width, height = self._scene.canvas.size
@@ -75,7 +81,8 @@ class _Panel:
     def _drawn(self, step: int) -> Image.Image:
         flight = self._flight
         panel = Image.new("RGB", self.size, _BEHIND)
-        panel.paste(self._scene.frame(step, max(0, step - _SPEED)), (0, _CAPTION))
+        since = max(0, step - 1) // self._stride * self._stride  # of the previous picture
+        panel.paste(self._scene.frame(step, since), (0, _CAPTION))
         draw = ImageDraw.Draw(panel)
         middle = _CAPTION / 2
         draw.text((8, middle), printable_line(flight.policy), _BRIGHT, font(13, bold=True), "lm")

@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import socket
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from http.client import HTTPConnection
 
 import pytest
 
+import touchdown
 from touchdown.core.errors import UserError
 from touchdown.runs.folder import RunFolder
 from touchdown.web.watch import beside
@@ -80,8 +82,64 @@ def test_training_goes_on_without_a_page_and_prints_its_address(tmp_path):
     assert RunFolder(tmp_path / "runs" / "x").episodes.read_text().count("\n") == 2
 
 
+@pytest.mark.parametrize("line", ["", "Warning: x", "[]", '{"address": 1}', "\\0377"])
+def test_an_answer_that_is_not_the_servers_counts_as_none(run, tmp_path, monkeypatch, line):
+    program = tmp_path / "python"
+    program.write_text(f"#!/bin/sh\nprintf '{line}\\n'\n")
+    program.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(program))
+    with pytest.raises(UserError, match="no answer"), watched(run):
+        pytest.fail("it yields no address")
+
+
+def test_training_goes_on_without_a_server(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "nothing"))
+    settings = {"episodes": 1, "validation_episodes": 1, "final_validation_episodes": 1}
+    with pytest.warns(UserWarning, match="the server did not start: .*; training goes on without"):
+        trained = touchdown.train(
+            "pilot",
+            name="x",
+            runs_dir=tmp_path,
+            watch=True,
+            progress=False,
+            hidden_sizes=(8,),
+            test_episodes=0,
+            **settings,
+        )
+    assert trained.status == "finished"
+
+
+def test_its_address_is_printed_even_if_progress_is_not_shown(tmp_path, capsys):
+    settings = {"episodes": 1, "validation_episodes": 1, "final_validation_episodes": 1}
+    touchdown.train(
+        "pilot",
+        name="x",
+        runs_dir=tmp_path,
+        watch=True,
+        progress=False,
+        hidden_sizes=(8,),
+        test_episodes=0,
+        **settings,
+    )
+    assert capsys.readouterr().out.startswith("watch: http://127.0.0.1:")
+
+
+def test_a_list_of_runs_that_is_asked_for_keeps_the_server(run):
+    with watched(run) as address:
+        port, path = parts_of(address)
+        start = path.partition("events")[0]
+    for _ in range(3):
+        time.sleep(0.7 * beside._CLOSED_SECONDS)
+        with closing(HTTPConnection("127.0.0.1", port, timeout=20)) as page:
+            page.request("GET", f"{start}runs")
+            with page.getresponse() as answer:
+                assert answer.status == 200
+
+
 def test_a_server_that_does_not_start_is_one_line(run, monkeypatch):
-    monkeypatch.setattr(sys, "executable", "/bin/false")
+    program = shutil.which("false")
+    assert program is not None
+    monkeypatch.setattr(sys, "executable", program)
     with (
         pytest.raises(UserError, match="watch: the server did not start: no answer"),
         watched(run),

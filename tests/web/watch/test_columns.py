@@ -47,6 +47,19 @@ def test_long_records_are_sent_in_parts(monkeypatch):
     assert page.values == {"n": [0, 1, 2, 3, 4]}
 
 
+def test_a_page_that_reads_while_rows_are_left_out_gets_the_rows_that_are_left(monkeypatch):
+    monkeypatch.setattr(columns, "MOST_ROWS", 4)
+    monkeypatch.setattr(columns, "CHUNK_ROWS", 2)
+    record, page = Columns(), Reader()
+    record.extend([{"n": value} for value in range(4)])
+    parts = record.since(Position())
+    _, page.position = next(parts)
+    record.extend([{"n": 4}])  # between two parts
+    assert list(parts) == []
+    page.read(record)
+    assert page.values == {"n": [0, 2, 4]}
+
+
 def test_a_row_without_a_value_has_none_there():
     record, page = Columns(), Reader()
     record.extend([{"a": 1}, {"b": 2}, {"a": 3, "b": 4}])

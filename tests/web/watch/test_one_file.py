@@ -59,6 +59,17 @@ def test_what_is_too_much_for_a_file_is_left_out_evenly(run, written, monkeypatc
     assert sum(len(row["actions"]) for row in data["episodes"].values()) <= one_file.MOST_BYTES
 
 
+@pytest.mark.parametrize("damage", [b"", None])
+def test_a_damaged_policy_does_not_harm_the_others(run, written, damage):
+    first = run.over_training / "00000000.safetensors"
+    first.unlink()
+    if damage is None:
+        first.symlink_to("00000300.safetensors")
+    else:
+        first.write_bytes(damage)
+    assert f"{key_of(run)}/300" in written()[1]
+
+
 def test_a_run_that_saved_only_its_best_policy_has_that(run, written):
     shutil.rmtree(run.over_training)
     run.best.write_bytes(b"best")

@@ -2,15 +2,19 @@
 
 import shutil
 import socket
-from contextlib import ExitStack
+import time
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, closing
+from http.client import HTTPConnection
 
 import pytest
 
 from touchdown.core.errors import UserError
 from touchdown.runs import folder as folders
+from touchdown.web.watch import records
 from touchdown.web.watch.serving import Server
 from touchdown.web.watch.shelf import Shelf, key_of
-from watched_runs import append, episode, new_run
+from watched_runs import Client, append, episode, new_run, recorded_run
 
 
 @pytest.fixture
@@ -99,6 +103,9 @@ def test_the_list_names_each_run(client, key):
         "run/{key}/policy/1",
         "run/{key}/policy/best",
         "run/{key}/episode/0",
+        "run/{key}/episode/" + 5000 * "9",
+        "run/{key}/episode/1/",
+        "runs/",
         "run/{key}/episode/..%2f1",
         "run/{key}/config.toml",
         "run/..%2f..%2fetc/policy/0",
@@ -111,6 +118,19 @@ def test_no_other_file_is_ever_served(client, key, path):
     answer = client.ask(path.format(key=key))
     assert answer.status == 404
     assert b"root:" not in answer.body
+
+
+def test_the_token_without_a_slash_leads_to_the_same_page(client, key):
+    connection = HTTPConnection("127.0.0.1", client.server.port, timeout=10)
+    with closing(connection):
+        connection.request("GET", f"/{client.server.token}?run={key}")
+        answer = connection.getresponse()
+        assert answer.status == 307
+        assert answer.headers["Location"] == f"/{client.server.token}/?run={key}"
+
+
+def test_an_unknown_run_has_a_title(client):
+    assert "<title>Unknown run</title>" in client.ask(f"?run={'0' * 16}").body.decode()
 
 
 def test_policies_and_episodes_are_served(client, key):
@@ -175,13 +195,70 @@ def test_half_a_line_waits_for_its_other_half(changing, run):
         assert next(m for m in messages if "columns" in m)["columns"]["outcome"] == ["landed"]
 
 
-def test_a_deleted_run_is_told_and_what_was_read_stays(changing, run):
+def test_a_deleted_run_is_told_and_what_was_read_stays(changing, run, monkeypatch):
+    monkeypatch.setattr(records, "AT_REST_SECONDS", 0.1)
+    with changing.messages(key_of(run)) as messages:
+        collected(messages, 3)
+        run.episodes.unlink()  # as deletion does, a file at a time
+        time.sleep(0.5)
+        shutil.rmtree(run.path)
+        told = next(messages)
+        assert told.keys() == {"run", "facts"}  # and no record begins anew
+        assert (told["facts"]["status"], told["facts"]["env_id"]) == ("gone", "LunarLander-v3")
+
+
+def test_a_run_that_is_made_again_is_read_anew(changing, run, monkeypatch):
+    monkeypatch.setattr(records, "AT_REST_SECONDS", 0.1)
     with changing.messages(key_of(run)) as messages:
         collected(messages, 3)
         shutil.rmtree(run.path)
-        facts = next(m["facts"] for m in messages if "facts" in m)
-        assert facts["status"] == "gone"
-        assert facts["env_id"] == "LunarLander-v3"
+        assert next(messages)["facts"]["status"] == "gone"
+        new_run(run.path.parent, run.name, "CartPole-v1")
+        told = [next(messages) for _ in range(4)]
+    facts = [message["facts"] for message in told if "facts" in message]
+    assert facts[-1]["env_id"] == "CartPole-v1"
+    assert {m["record"] for m in told if m.get("restart")} >= {"episodes", "updates"}
+
+
+def test_a_config_that_a_link_leads_to_is_not_read(changing, run, tmp_path):
+    run.config_file.rename(tmp_path / "config.toml")
+    run.config_file.symlink_to(tmp_path / "config.toml")
+    with changing.messages(key_of(run)) as messages:
+        facts = next(messages)["facts"]
+    assert facts["status"] == "damaged"
+    assert "is a symbolic link" in facts["error"]
+
+
+def test_values_that_no_chart_draws_are_not_sent(changing, run):
+    append(run.updates, {"update": 2, "observations": 350, "loss": 0.25, "__proto__": 1.0})
+    with changing.messages(key_of(run)) as messages:
+        assert collected(messages, 3)["updates"].keys() == {"env_steps", "loss", "mean_q"}
+
+
+def test_a_run_that_cannot_be_read_is_told_and_others_go_on(changing, run, monkeypatch):
+    def fail(*_):
+        raise OSError("the disk is gone")
+
+    other = recorded_run(run.path.parent, "other")
+    monkeypatch.setattr(records, "AT_REST_SECONDS", 0.1)
+    with changing.messages(key_of(run), key_of(other)) as messages:
+        collected(messages, 6)
+        monkeypatch.setattr(records, "read_facts", fail)
+        said = [next(messages)["facts"]["error"] for _ in range(2)]
+        assert said == ["the disk is gone"] * 2
+        monkeypatch.undo()
+        assert next(messages)["facts"]["error"] == ""
+
+
+def test_the_server_ends_if_it_can_read_no_more(run, monkeypatch):
+    monkeypatch.setattr(records.WatchedRun, "read", lambda _self: 1 / 0)
+    client = Client(Server(Shelf(run.path.parent)))
+    with ThreadPoolExecutor() as pool:
+        serving = pool.submit(client.server.serve)
+        with client.messages(key_of(run)) as messages:
+            assert list(messages) == []
+        with pytest.raises(ZeroDivisionError):
+            serving.result(10)
 
 
 def test_a_damaged_record_is_named_and_the_others_are_shown(changing, run):
@@ -244,7 +321,7 @@ def collected(messages, records):
         if "facts" in message:
             found["facts"] = message["facts"]
         elif message["columns"]:
-            with_rows.add(message["record"])
+            with_rows.add((message["run"], message["record"]))
             columns = found.setdefault(message["record"], {})
             for name, values in message["columns"].items():
                 columns.setdefault(name, []).extend(values)

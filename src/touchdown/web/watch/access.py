@@ -5,13 +5,12 @@ import hashlib
 import hmac
 import re
 import secrets
-from urllib.parse import urlsplit
 
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-_HOSTS = {"127.0.0.1", "localhost"}
+_HOST = re.compile(r"(127\.0\.0\.1|localhost)(:[0-9]{1,5})?")
 _SCRIPT = re.compile(r"<script([^>]*)>(.*?)</script>", re.DOTALL)
 HEADERS = {
     "Cache-Control": "no-store",
@@ -56,7 +55,9 @@ class Guard:
         elif scope["method"] not in ("GET", "HEAD"):
             await _refused("only GET\n", 405)(scope, receive, send)
         elif not slash:  # the links of a page are relative to its folder
-            await Response(None, 307, {**HEADERS, "Location": f"/{token}/"})(scope, receive, send)
+            query = f"?{Request(scope).url.query}".rstrip("?")
+            headers = {**HEADERS, "Location": f"/{token}/{query}"}
+            await Response(None, 307, headers)(scope, receive, send)
         else:
             inner = {**scope, "path": f"/{rest}", "raw_path": f"/{rest}".encode()}
             await self._app(inner, receive, send)
@@ -71,11 +72,8 @@ def is_local(request: Request) -> bool:
     origins = request.headers.getlist("origin")
     if len(hosts) != 1 or len(origins) > 1:
         return False
-    try:
-        name = urlsplit(f"//{hosts[0]}").hostname
-    except ValueError:
-        return False
-    return name in _HOSTS and all(origin == f"http://{hosts[0]}" for origin in origins)
+    named = _HOST.fullmatch(hosts[0]) is not None
+    return named and all(origin == f"http://{hosts[0]}" for origin in origins)
 
 
 def policy_for(page: str) -> str:

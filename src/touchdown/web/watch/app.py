@@ -12,7 +12,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response, StreamingResponse
 from starlette.routing import Route
-from starlette.types import ASGIApp
+from starlette.types import ASGIApp, Receive, Scope, Send
 
 from touchdown.core.errors import UserError
 from touchdown.core.terminal import printable_line
@@ -54,7 +54,7 @@ def make_app(shelf: Shelf, hub: Hub, token: str) -> ASGIApp:
         return Response(data, media_type="application/octet-stream", headers=HEADERS)
 
     def episode(request: Request) -> Response:
-        row = flights.read_episode(folder_of(request), int(request.path_params["number"]))
+        row = flights.read_episode(folder_of(request), str(request.path_params["number"]))
         return JSONResponse(row, headers=HEADERS)
 
     def folder_of(request: Request) -> RunFolder:
@@ -71,19 +71,28 @@ def make_app(shelf: Shelf, hub: Hub, token: str) -> ASGIApp:
         with suppress(asyncio.CancelledError):
             await polling
 
+    async def noted(scope: Scope, receive: Receive, send: Send) -> None:
+        hub.note_request()
+        await app(scope, receive, send)
+
     app = Starlette(
         routes=[
             Route("/", show),
             Route("/runs", listing),
             Route("/events", events),
             Route("/run/{key}/policy/{env_steps}", policy),
-            Route("/run/{key}/episode/{number:int}", episode),
+            Route("/run/{key}/episode/{number}", episode),
             Route("/static/{name:path}", _static),
         ],
         lifespan=lifespan,
-        exception_handlers={UserError: _not_found, HTTPException: _http_error},
+        exception_handlers={
+            UserError: _not_found,
+            HTTPException: _http_error,
+            Exception: _http_error,
+        },
     )
-    return Guard(app, token)
+    app.router.redirect_slashes = False  # it would leave out the token
+    return Guard(noted, token)
 
 
 def _static(request: Request) -> Response:
@@ -116,5 +125,6 @@ def _not_found(_request: Request, error: Exception) -> Response:
 
 
 def _http_error(_request: Request, error: Exception) -> Response:
-    code = error.status_code if isinstance(error, HTTPException) else 500
-    return PlainTextResponse("there is no such page", code, HEADERS)
+    if isinstance(error, HTTPException):
+        return PlainTextResponse("there is no such page", error.status_code, HEADERS)
+    return PlainTextResponse("the server cannot answer this", 500, HEADERS)

@@ -15,6 +15,8 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
+import msgspec
+
 from touchdown.core import processes
 from touchdown.core.browser import open_page
 from touchdown.core.errors import UserError, one_line
@@ -23,7 +25,7 @@ from touchdown.runs.folder import RunFolder
 _PATIENCE = 20.0
 """Seconds that the server has to start."""
 _LOWER_PRIORITY = 10
-_CLOSED_SECONDS = 3.0
+_CLOSED_SECONDS = 5.0
 """After which a page that is gone was closed, and not loaded again."""
 _OPENING_SECONDS = 20.0
 """That a browser has to open the first page, if training was shorter."""
@@ -43,27 +45,38 @@ def watched(folder: RunFolder) -> Generator[str]:
     Raises:
         UserError: the server did not start.
     """
-    process = subprocess.Popen(  # noqa: S603 - our own program
-        # without the current folder, where there may be other modules of the same names
-        [sys.executable, "-P", "-m", __name__, str(folder.path.absolute())],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,  # Ctrl-C ends the training, and the page shows its end
-    )
+    try:
+        process = subprocess.Popen(  # noqa: S603 - our own program
+            # without the current folder, where there may be other modules of the same names
+            [sys.executable, "-P", "-m", __name__, str(folder.path.absolute())],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,  # Ctrl-C ends the training, and the page shows its end
+        )
+    except OSError as error:
+        raise UserError(f"watch: the server did not start: {one_line(error)}") from None
     assert process.stdin is not None  # noqa: S101 - they are pipes
     assert process.stdout is not None  # noqa: S101 - as above
     with process.stdin, process.stdout:  # the end of its input tells that training has ended
         ready, _, _ = select.select([process.stdout], [], [], _PATIENCE)
-        line = process.stdout.readline(_MOST_BYTES) if ready else b""
-        said: dict[str, str] = json.loads(line) if line else {}
-        if "address" not in said:
+        answer = _parsed(process.stdout.readline(_MOST_BYTES) if ready else b"")
+        if "address" not in answer:
             process.kill()
             process.wait()
-            raise UserError(f"watch: the server did not start: {said.get('error', 'no answer')}")
+            reason = answer.get("error", "no answer")
+            raise UserError(f"watch: the server did not start: {reason}")
         # it outlives this block; the thread takes note of its end
         threading.Thread(target=process.wait, daemon=True).start()
-        yield said["address"]
+        yield answer["address"]
+
+
+def _parsed(line: bytes) -> dict[str, str]:
+    """What the server said; nothing if it is not the server's."""
+    try:
+        return msgspec.json.decode(line, type=dict[str, str])
+    except (msgspec.DecodeError, UnicodeDecodeError):
+        return {}
 
 
 class _Ending:
@@ -76,21 +89,18 @@ class _Ending:
     def __init__(self, stdin: int) -> None:
         self._poll = select.poll()
         self._poll.register(stdin, 0)  # only whether the other end is closed
-        self._training = True
-        self._until = 0.0
-        self._opened = False
+        self._ended: float | None = None
 
-    def __call__(self, pages: int) -> bool:
-        """Whether to end, by the number of open pages."""
+    def __call__(self, last_used: float | None) -> bool:
+        """Whether to end, by the time at which a page was last used; None if never."""
         now = time.monotonic()
-        self._opened = self._opened or pages > 0
-        wait = _CLOSED_SECONDS if self._opened else _OPENING_SECONDS
-        if self._training:
-            self._training = not self._poll.poll(0)
-            self._until = now + wait
-        elif pages:
-            self._until = now + wait
-        return now > self._until
+        if self._ended is None:
+            if not self._poll.poll(0):
+                return False
+            self._ended = now
+        if last_used is None:
+            return now > self._ended + _OPENING_SECONDS
+        return now > max(self._ended, last_used) + _CLOSED_SECONDS
 
 
 def _main(folder: RunFolder) -> None:

@@ -56,13 +56,15 @@ class Columns:
         A part is a JSON object: `columns`, `stride`, which is the number of rows of the file for
         each that is kept, and `restart`, whether the page must forget the rows it has.
         """
-        start = position.rows if position.generation == self._generation else 0
-        restart = position.generation != self._generation
-        while restart or start < self._rows:
+        generation = self._generation
+        start = position.rows if position.generation == generation else 0
+        restart = position.generation != generation
+        # rows may be appended, and thinned out, between two parts
+        while generation == self._generation and (restart or start < self._rows):
             end = min(start + CHUNK_ROWS, self._rows)
             columns = {name: column[start:end] for name, column in self._values.items()}
             part = {"restart": restart, "stride": self._stride, "columns": columns}
-            yield part, Position(self._generation, end)
+            yield part, Position(generation, end)
             start, restart = end, False
 
     def _thin_out(self) -> None:

@@ -1,10 +1,12 @@
 """What pages say about a run beside its records: its state, its settings, its test, its files."""
 
+import stat
 from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 from typing import Any, Literal
 
 from touchdown.config.config import Config
-from touchdown.core.errors import UserError, one_line
+from touchdown.core.errors import UnreadableError, UserError, one_line
 from touchdown.core.terminal import printable_line
 from touchdown.lander.rules import SOLVED_RETURN, is_lander
 from touchdown.runs import folder as folders
@@ -19,15 +21,12 @@ Status = Literal["training", "finished", "stopped", "gone", "damaged"]
 class Facts:
     """A run at one time. Texts are printable, and not escaped for HTML."""
 
-    name: str
     label: str
     group: str
     status: Status
     error: str = ""
     """Why something of the run cannot be shown."""
     env_id: str = ""
-    preset: str = ""
-    algorithm: str = ""
     seed: int = 0
     alike: str = ""
     """Equal for runs that differ only in their seed."""
@@ -45,14 +44,16 @@ class Facts:
     """Whether there is a best policy so far."""
     test: dict[str, Any] | None = None
     """The test of the selected policy; None while there is none."""
+    config_file: tuple[int, int] = (0, 0)
+    """Inode and time of change of its config, which differ if the run was made again."""
 
     def with_error(self, error: Exception) -> "Facts":
         """The same run with something that cannot be read."""
         return replace(self, error=printable_line(one_line(error)))
 
     def to_json(self) -> dict[str, Any]:
-        """As a JSON object."""
-        return asdict(self)
+        """As a JSON object, of what pages need."""
+        return {name: value for name, value in asdict(self).items() if name != "config_file"}
 
 
 def status_of(folder: RunFolder) -> Status:
@@ -71,16 +72,20 @@ def read_facts(folder: RunFolder, label: str, group: str, before: Facts | None =
         folder: its folder.
         label: what pages call it.
         group: what it belongs to.
-        before: the facts when it was last read, whose settings are kept.
+        before: the facts when it was last read, whose settings are kept while its config is the
+            same file.
+
+    Raises:
+        OSError: its files cannot be looked at.
     """
     status = status_of(folder)
-    facts = Facts(
-        name=folder.name, label=printable_line(label), group=printable_line(group), status=status
-    )
+    facts = Facts(label=printable_line(label), group=printable_line(group), status=status)
     if status == "gone":  # what was read before is still shown
         return facts if before is None else replace(before, status="gone", error="")
     try:
-        if before is None or before.settings is None:
+        config_file = _identity(folder.config_file)
+        facts = replace(facts, config_file=config_file)
+        if before is None or before.settings is None or before.config_file != config_file:
             facts = _of_config(facts, folder)
         else:
             facts = replace(before, status=status, error="")
@@ -100,14 +105,23 @@ def read_facts(folder: RunFolder, label: str, group: str, before: Facts | None =
     return facts
 
 
+def _identity(path: Path) -> tuple[int, int]:
+    """Inode and time of change of a file; zeros if it is missing."""
+    try:
+        found = path.lstat()
+    except FileNotFoundError:
+        return 0, 0
+    if stat.S_ISLNK(found.st_mode):  # it may lead anywhere
+        raise UnreadableError(f"{path}: is a symbolic link, must be a regular file")
+    return found.st_ino, found.st_mtime_ns
+
+
 def _of_config(facts: Facts, folder: RunFolder) -> Facts:
     config = folder.config()
     lander = is_lander(config.env_id)
     return replace(
         facts,
         env_id=printable_line(config.env_id),
-        preset=printable_line(config.preset),
-        algorithm=printable_line(config.algorithm),
         seed=config.seed,
         alike=replace(config, seed=0).digest,
         settings=_settings(config),
@@ -120,13 +134,9 @@ def _settings(config: Config) -> dict[str, Any]:
     return {
         "gamma": config.learning.gamma,
         "reward_scale": config.learning.reward_scale,
-        "learning_rate": config.learning.learning_rate,
-        "batch_size": config.learning.batch_size,
-        "hidden_sizes": list(config.network.hidden_sizes),
         "activation": config.network.activation,
         "max_env_steps": config.training.max_env_steps,
         "episodes": config.training.episodes,
-        "num_envs": config.training.num_envs,
     }
 
 
@@ -134,10 +144,4 @@ def _test_of(folder: RunFolder) -> dict[str, Any] | None:
     tested = next(iter(evaluations_of(Run(folder))), None)
     if tested is None:
         return None
-    summary = tested.summary
-    return {
-        "episodes": len(tested.episodes),
-        "mean_return": summary.mean_return,
-        "share_solved": summary.share_solved,
-        "outcomes": dict(summary.outcomes),
-    }
+    return {"episodes": len(tested.episodes), "mean_return": tested.summary.mean_return}

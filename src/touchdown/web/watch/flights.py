@@ -16,7 +16,7 @@ from touchdown.runs.training_flights import TrainingFlightRow
 
 BEST = "best"
 """Stands for the number of environment steps of the best policy."""
-_STEPS = re.compile(r"[0-9]{1,18}")
+_NUMBER = re.compile(r"[0-9]{1,18}")
 
 
 def read_policy(folder: RunFolder, env_steps: str) -> bytes:
@@ -31,22 +31,29 @@ def read_policy(folder: RunFolder, env_steps: str) -> bytes:
     """
     if env_steps == BEST:
         path = folder.best
-    elif _STEPS.fullmatch(env_steps):
+    elif _NUMBER.fullmatch(env_steps):
         path = path_at(folder, int(env_steps))
     else:
-        raise UserError(f"policy {env_steps!r}: must be a number of environment steps or {BEST}")
+        raise UserError(f"policy: must be a number of environment steps or {BEST}")
     _check_inside(folder, path)
     return read_bytes(path, limits.WEIGHTS_BYTES, follow=False)
 
 
-def read_episode(folder: RunFolder, number: int) -> dict[str, Any]:
+def read_episode(folder: RunFolder, number: str) -> dict[str, Any]:
     """Start and actions of a training episode, as in `training-flights.jsonl`.
 
+    Args:
+        folder: the run's folder.
+        number: of the episode, in decimal digits.
+
     Raises:
-        UserError: it was not recorded, or the file is broken or lies outside the run's folder.
+        UserError: it is no number, it was not recorded, or the file is broken or lies outside the
+            run's folder.
     """
+    if not _NUMBER.fullmatch(number):
+        raise UserError("episode: must be a number")
     for row in _rows(folder):
-        if row.episode == number:
+        if row.episode == int(number):
             return msgspec.to_builtins(row)
     raise UserError(f"episode {number}: was not recorded")
 

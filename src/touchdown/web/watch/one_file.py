@@ -84,12 +84,20 @@ def _add(content: _Content, run: WatchedRun, most: int) -> None:
 
 def _weights(folder: RunFolder, at: Sequence[int], most: int) -> Iterator[tuple[int, bytes]]:
     """Saved policies by their environment steps: as many as fit; a damaged one is left out."""
-    size = max((len(flights.read_policy(folder, str(each))) for each in at[:1]), default=1)
+    sizes = (len(data) for each in at if (data := _policy(folder, each)) is not None)
+    size = max(1, next(sizes, 1))
     for each in _evenly(at, max(2, most // size)):
-        try:
-            yield each, flights.read_policy(folder, str(each))
-        except UserError:
-            continue
+        data = _policy(folder, each)
+        if data is not None:
+            yield each, data
+
+
+def _policy(folder: RunFolder, env_steps: int) -> bytes | None:
+    """The weights of a policy; None if they cannot be read."""
+    try:
+        return flights.read_policy(folder, str(env_steps))
+    except UserError:
+        return None
 
 
 def _recorded(folder: RunFolder) -> list[dict[str, Any]]:

@@ -34,7 +34,9 @@ def live_page(keys: Sequence[str], found: Sequence[Shelved]) -> str:
         keys: as requested.
         found: those of them that there are.
     """
-    title = found[0].label if len(found) == 1 else f"{len(keys)} runs"
+    title = f"{len(keys)} runs"
+    if len(keys) == 1:
+        title = found[0].label if found else "Unknown run"
     return page.render(
         "watch.html.j2",
         title=title,

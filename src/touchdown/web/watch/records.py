@@ -34,6 +34,8 @@ class Reading:
 
     facts: Facts
     added: dict[str, Added[Any]]
+    is_another: bool = False
+    """Whether the run was made again under the same name: nothing read before counts."""
 
     @property
     def is_all(self) -> bool:
@@ -60,11 +62,7 @@ class WatchedRun:
         self._version = 0
         self._next = 0.0
         self._columns = {name: Columns() for name in ("episodes", "updates", "validations")}
-        self._tails: dict[str, Tail[Any]] = {
-            "episodes": Tail(folder.episodes, EpisodeRow),
-            "updates": Tail(folder.updates, dict[str, float]),
-            "validations": Tail(folder.validations, ValidationRow),
-        }
+        self._tails = _tails(folder)
 
     @property
     def is_due(self) -> bool:
@@ -73,14 +71,26 @@ class WatchedRun:
 
     def read(self) -> Reading:
         """Read what is new. It changes nothing that `since` uses, so that it may take a thread."""
-        facts = read_facts(self.folder, self.label, self.group, self.facts)
         added: dict[str, Added[Any]] = {}
+        try:
+            facts = read_facts(self.folder, self.label, self.group, self.facts)
+        except OSError as error:
+            return Reading(self._known().with_error(error), added)
+        # a deleted run keeps the identity that it had
+        is_another = self.facts is not None and facts.config_file != self.facts.config_file
+        if is_another:
+            self._tails = _tails(self.folder)
         for name, tail in self._tails.items():
             try:
                 added[name] = tail.read()
-            except UserError as error:
+            except (OSError, UserError) as error:
                 facts = facts.with_error(error)
-        return Reading(facts, added)
+        return Reading(facts, added, is_another)
+
+    def _known(self) -> Facts:
+        if self.facts is not None:
+            return self.facts
+        return Facts(label=self.label, group=self.group, status="damaged")
 
     def take(self, reading: Reading) -> bool:
         """Take over a reading.
@@ -94,6 +104,9 @@ class WatchedRun:
         if is_new:
             self.facts = reading.facts
             self._version += 1
+        if reading.is_another:
+            for columns in self._columns.values():
+                columns.restart()
         for name, added in reading.added.items():
             if added.restarted:
                 self._columns[name].restart()
@@ -114,6 +127,14 @@ class WatchedRun:
                 yield {"run": self.key, "record": name, **part}
 
 
+def _tails(folder: RunFolder) -> dict[str, Tail[Any]]:
+    return {
+        "episodes": Tail(folder.episodes, EpisodeRow),
+        "updates": Tail(folder.updates, dict[str, float]),
+        "validations": Tail(folder.validations, ValidationRow),
+    }
+
+
 def _episodes(rows: Sequence[EpisodeRow]) -> _Rows:
     return [
         {
@@ -130,7 +151,7 @@ def _episodes(rows: Sequence[EpisodeRow]) -> _Rows:
 
 
 def _updates(rows: Sequence[dict[str, float]]) -> _Rows:
-    return [{_RENAMED.get(name, name): value for name, value in row.items()} for row in rows]
+    return [{_DRAWN[name]: value for name, value in row.items() if name in _DRAWN} for row in rows]
 
 
 def _validations(rows: Sequence[ValidationRow]) -> _Rows:
@@ -141,11 +162,11 @@ def _validations(rows: Sequence[ValidationRow]) -> _Rows:
             "mean_return": row.mean_return,
             "worst_return": min(row.returns, default=row.mean_return),
             "best_return": max(row.returns, default=row.mean_return),
-            "time_limit_share": row.time_limit_share,
         }
         for row in rows
     ]
 
 
-_RENAMED = {"observations": "env_steps"}
+_DRAWN = {"observations": "env_steps", "loss": "loss", "mean_q": "mean_q", "max_q": "max_q"}
+"""What pages call the values of an update that they draw."""
 _ROWS = {"episodes": _episodes, "updates": _updates, "validations": _validations}

@@ -1,10 +1,10 @@
 """Serves the pages on 127.0.0.1 until it is told to stop."""
 
 import asyncio
+import os
 import socket
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 import uvicorn
 
@@ -19,9 +19,9 @@ _CLOSING_SECONDS = 2
 """That open connections have when the server stops."""
 _LOOK_SECONDS = 0.2
 _LAST_PORT = 65_535
+ShouldEnd = Callable[[float | None], bool]
 
 
-@dataclass(frozen=True, slots=True)
 class Server:
     """A server that listens, and does not answer before `serve`.
 
@@ -33,23 +33,19 @@ class Server:
         UserError: the port is taken or not allowed.
     """
 
-    shelf: Shelf
-    port: int = 0
-    token: str = field(default_factory=new_token, repr=False)
-    _socket: socket.socket = field(init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.port <= _LAST_PORT:
-            raise UserError(f"port = {self.port}: must be from 0 to {_LAST_PORT}")
+    def __init__(self, shelf: Shelf, port: int = 0) -> None:
+        if not 0 <= port <= _LAST_PORT:
+            raise UserError(f"port = {port}: must be from 0 to {_LAST_PORT}")
         try:
-            listening = socket.create_server((HOST, self.port))
+            self._socket = socket.create_server((HOST, port))
         except OSError as error:
+            reason = os.strerror(error.errno) if error.errno else one_line(error)
             raise UserError(
-                f"port = {self.port}: cannot be used: {one_line(error)}; "
-                "choose another, or leave it out"
+                f"port = {port}: cannot be used: {reason}; choose another, or leave it out"
             ) from None
-        object.__setattr__(self, "_socket", listening)
-        object.__setattr__(self, "port", listening.getsockname()[1])
+        self._shelf = shelf
+        self.port: int = self._socket.getsockname()[1]
+        self.token = new_token()
 
     @property
     def address(self) -> str:
@@ -60,16 +56,16 @@ class Server:
         """The address of the page of some runs; of the list if there are none."""
         return self.address + ("?" + "&".join(f"run={key}" for key in keys) if keys else "")
 
-    def serve(self, should_end: Callable[[int], bool] = lambda _pages: False) -> None:
+    def serve(self, should_end: ShouldEnd = lambda _last_used: False) -> None:
         """Answer requests until Ctrl-C or SIGTERM.
 
         Args:
-            should_end: called several times in a second with the number of open pages; whether to
-                stop.
+            should_end: called several times in a second with the time at which a page was last used
+                on the monotonic clock, None if never; whether to stop.
         """
-        hub = Hub(self.shelf)
+        hub = Hub(self._shelf)
         config = uvicorn.Config(
-            make_app(self.shelf, hub, self.token),
+            make_app(self._shelf, hub, self.token),
             log_level="critical",
             access_log=False,
             server_header=False,
@@ -79,16 +75,14 @@ class Server:
             ws="none",
         )
         _Uvicorn(config, hub, should_end).run(sockets=[self._socket])
-
-    def close(self) -> None:
-        """Stop listening; of a server that never served."""
-        self._socket.close()
+        if hub.failure is not None:
+            raise hub.failure
 
 
 class _Uvicorn(uvicorn.Server):
     """Uvicorn, which ends streams when it stops, instead of waiting for them."""
 
-    def __init__(self, config: uvicorn.Config, hub: Hub, should_end: Callable[[int], bool]) -> None:
+    def __init__(self, config: uvicorn.Config, hub: Hub, should_end: ShouldEnd) -> None:
         super().__init__(config)
         self._hub = hub
         self._should_end = should_end
@@ -98,7 +92,8 @@ class _Uvicorn(uvicorn.Server):
         """Whether to stop; called ten times in a second."""
         if time.monotonic() >= self._next_look:
             self._next_look = time.monotonic() + _LOOK_SECONDS
-            self.should_exit = self.should_exit or self._should_end(self._hub.pages)
+            is_over = self._hub.failure is not None or self._should_end(self._hub.last_used)
+            self.should_exit = self.should_exit or is_over
         return await super().on_tick(counter)
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:

@@ -10,6 +10,7 @@ from touchdown.core.records import Record, decode_lines
 
 _MOST_BYTES = 1 << 22
 """In one reading, so that a long file does not hold up the others."""
+_NO_FILE = (-1, -1)
 _COMPARED_BYTES = 256
 """Before the position, which tell whether the file is still the one that was read."""
 
@@ -52,10 +53,10 @@ class Tail(Generic[Record]):
         """
         try:
             file = reading.open_regular(self._path)
-        except FileNotFoundError:
-            restarted = self._file is not None
-            self._forget()
-            return Added([], restarted, is_all=True)
+        except FileNotFoundError:  # what was read stays, until there is another file
+            if self._file is not None:
+                self._file = _NO_FILE
+            return Added([], restarted=False, is_all=True)
         except OSError as error:
             raise UserError(f"{self._path}: cannot be read: {one_line(error)}") from None
         with file:

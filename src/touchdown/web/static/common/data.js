@@ -7,6 +7,9 @@ function readJson(id) {
   return JSON.parse(element.textContent ?? "");
 }
 
+/** @type {Record<string, unknown>|undefined} many megabytes, which are parsed once */
+let binaries;
+
 /**
  * The values that the page was made with.
  * @returns {any}
@@ -22,7 +25,8 @@ export function readData() {
  * @throws {Error} if the page has no such file
  */
 export function readBinary(name) {
-  const encoded = readJson("binaries")[name];
+  binaries ??= readJson("binaries");
+  const encoded = binaries?.[name];
   if (typeof encoded !== "string") throw new Error(`the page has no file ${name}`);
   return decodeBase64(encoded);
 }

@@ -1,5 +1,7 @@
 // One card for each run: its state and its numbers. They are also the legend of the charts.
 
+import { rowsOfWindow } from "touchdown/watch/history.js";
+
 /** @typedef {import("touchdown/watch/history.js").RunHistory} RunHistory */
 
 const STATES = {
@@ -17,7 +19,12 @@ const MANY = 6; // cards, which are then small
  */
 export function drawCards(element, runs) {
   element.classList.toggle("many", runs.length > MANY);
-  element.replaceChildren(...runs.map(({ history, colour }) => card(history, colour)));
+  const cards = runs.map(({ history, colour }, place) => {
+    const made = card(history, colour);
+    const there = element.children[place];
+    return there?.isEqualNode(made) ? there : made; // what has not changed stays
+  });
+  if (cards.some((each, place) => each !== element.children[place])) element.replaceChildren(...cards);
 }
 
 /** @param {RunHistory} history @param {string} colour */
@@ -62,13 +69,13 @@ function numbersOf(history) {
   const { episodes, validations, facts } = history;
   const count = episodes.length;
   if (!count) return facts ? [["episodes", "none yet"]] : [];
-  const returns = episodes.get("episode_return").slice(-100);
+  const returns = episodes.get("episode_return").slice(-rowsOfWindow(episodes));
   const steps = episodes.get("env_steps")[count - 1];
   const seconds = episodes.get("seconds")[count - 1];
   const best = validations.get("mean_return");
   /** @type {[string, string][]} */
   const rows = [
-    ["mean of 100", number(returns.reduce((sum, each) => sum + each, 0) / returns.length, 1)],
+    ["mean return, last 100", number(returns.reduce((sum, each) => sum + each, 0) / returns.length, 1)],
     ["env steps", number(steps)],
     ["episodes", number(episodes.get("episode")[count - 1])],
     ["ε", Number(episodes.get("epsilon")[count - 1]).toFixed(3)],

@@ -1,8 +1,11 @@
 // The charts of the records: each is drawn from histories, by a function of its own.
 
+import { FIRSTS } from "touchdown/watch/choices.js";
 import { drawPlot, plain } from "touchdown/watch/plot.js";
 import { faded, outcomeColour } from "touchdown/watch/theme.js";
-import { binned, firstAtLeast, movingMean, outcomeShares, thinned, WINDOW } from "touchdown/watch/history.js";
+import {
+  binned, firstAtLeast, movingMean, outcomeShares, rowsOfWindow, thinned, WINDOW,
+} from "touchdown/watch/history.js";
 
 /** @typedef {import("touchdown/watch/history.js").RunHistory} RunHistory */
 /** @typedef {import("touchdown/watch/history.js").Axis} Axis */
@@ -11,11 +14,6 @@ import { binned, firstAtLeast, movingMean, outcomeShares, thinned, WINDOW } from
 /** @typedef {{runs: Shown[], colours: Colours, axis: Axis}} View */
 
 const MOST_POINTS = 1500;
-const FIRSTS = /** @type {const} */ ([
-  ["crashed", "first crash"],
-  ["timed out", "first hover"],
-  ["landed", "first landing"],
-]);
 
 /** @param {Axis} axis */
 const axisName = (axis) => (axis === "seconds" ? "seconds of training" : "environment steps");
@@ -37,7 +35,7 @@ export async function drawCurve(element, view, range) {
   for (const { history, colour } of view.runs) {
     const xs = history.axis("episodes", view.axis);
     const returns = history.episodes.get("episode_return");
-    const means = movingMean(returns, Math.max(1, Math.round(WINDOW / history.episodes.stride)));
+    const means = movingMean(returns, rowsOfWindow(history.episodes));
     const start = range ? Math.max(0, firstAtLeast(xs, range.from) - 1) : 0;
     const end = range ? Math.min(xs.length, firstAtLeast(xs, range.to) + 1) : xs.length;
     const drawn = thinned(start, end, isOne ? MOST_POINTS : MOST_POINTS / 3);
@@ -108,12 +106,12 @@ function validationsOf(history, view, colour, isOne) {
     customdata: rows.get("mean_return").map((_, row) => [
       null, null, rows.get("worst_return")[row], rows.get("best_return")[row],
     ]),
-    name: "validation",
+    name: isOne ? "validation" : plain(history.label),
     mode: "lines+markers",
     line: { color: isOne ? view.colours.ink : faded(colour, 0.55), width: 1, dash: "dot" },
     marker: { symbol: "diamond", size: isOne ? 8 : 5, color: isOne ? view.colours.ink : colour },
     hovertemplate:
-      `${isOne ? "" : `${plain(history.label)}<br>`}validation: mean %{y:.1f}<br>` +
+      `${isOne ? "" : "%{fullData.name}<br>"}validation: mean %{y:.1f}<br>` +
       "%{customdata[2]:.0f} to %{customdata[3]:.0f}<extra></extra>",
   };
 }
@@ -138,7 +136,7 @@ function thresholdLine(threshold, colours) {
   };
 }
 
-/** Marks of the first crash, the first hover and the first landing. */
+/** Marks of the first crash, the first time-out and the first landing. */
 function firstsOf(/** @type {RunHistory} */ history, /** @type {View} */ view) {
   if (!history.facts?.is_lander) return [];
   const xs = history.axis("episodes", view.axis);
@@ -229,8 +227,7 @@ function mixOf(history, view) {
 
 /** @param {RunHistory} history */
 function sharesOf(history) {
-  const window = Math.max(1, Math.round(WINDOW / history.episodes.stride));
-  return outcomeShares(history.episodes.get("outcome"), window);
+  return outcomeShares(history.episodes.get("outcome"), rowsOfWindow(history.episodes));
 }
 
 /** @param {RunHistory} history @param {{x: number[], y: number[]}} points @param {string} colour @param {string} format */

@@ -1,8 +1,10 @@
 // The film of learning: a slider over the saved policies, which fly the same starts; and training
 // episodes as they were.
 
-import { replay } from "touchdown/watch/flight.js";
+import { part } from "touchdown/common/parts.js";
 import { number } from "touchdown/watch/cards.js";
+import { Marks, Starts } from "touchdown/watch/choices.js";
+import { replay } from "touchdown/watch/flight.js";
 import { NetworkView } from "touchdown/watch/network-view.js";
 import { Stage } from "touchdown/watch/stage.js";
 import { policyName, STARTS, Trials } from "touchdown/watch/trials.js";
@@ -15,22 +17,20 @@ import { drawAlongFlight, drawOverTraining } from "touchdown/watch/values.js";
 /** @typedef {import("touchdown/watch/source.js").Source} Source */
 /** @typedef {import("touchdown/watch/theme.js").Colours} Colours */
 
-const MARKS = /** @type {const} */ ([
-  ["crashed", "first crash"], ["timed out", "first hover"], ["landed", "first landing"],
-]);
-
 export class Film {
   /** @type {NetworkPolicy|null} */
   #network = null;
   /** @type {Flown|null} */
   #flown = null;
-  #policy = -1;
+  /** @type {number|null} the policy that flies, or will as soon as it is here */
+  #policy = null;
   #start = STARTS[0] ?? 0;
   #request = 0;
   #overTraining = false;
   #follows = true;
   #episode = 0;
   #stale = false;
+  #closing = new AbortController();
 
   /**
    * @param {HTMLElement} place
@@ -47,40 +47,36 @@ export class Film {
     this.look = look;
     this.trials = new Trials(engine, source, history);
     this.trials.onTrial = () => this.#showTrials();
-    const scene = query(place, ".film-stage", HTMLElement);
-    this.slider = query(place, "#policy", HTMLInputElement);
-    this.said = query(place, "#policy-said", HTMLOutputElement);
-    this.marks = query(place, ".marks", HTMLElement);
-    this.starts = query(place, ".starts", HTMLElement);
-    this.through = query(place, "#through", HTMLButtonElement);
-    this.back = query(place, "#back", HTMLButtonElement);
-    this.caption = query(place, "#flight-said", HTMLElement);
+    const scene = part(place, ".film-stage", HTMLElement);
+    this.slider = part(place, "#policy", HTMLInputElement);
+    this.said = part(place, "#policy-said", HTMLOutputElement);
+    this.marks = new Marks(part(place, ".marks", HTMLElement), (outcome) => this.#goToFirst(outcome));
+    this.starts = new Starts(part(place, ".starts", HTMLElement), (start) => {
+      this.#start = start;
+      void this.#show();
+    });
+    this.through = part(place, "#through", HTMLButtonElement);
+    this.back = part(place, "#back", HTMLButtonElement);
+    this.caption = part(place, "#flight-said", HTMLElement);
     this.details = details;
-    this.view = new NetworkView(query(details, "#network", HTMLCanvasElement));
-    this.networkSaid = query(details, "#network-said", HTMLElement);
-    this.along = query(details, "#along", HTMLElement);
-    this.alongSaid = query(details, "#along-said", HTMLElement);
-    this.over = query(details, "#over", HTMLElement);
+    this.view = new NetworkView(part(details, "#network", HTMLCanvasElement));
+    this.networkSaid = part(details, "#network-said", HTMLElement);
+    this.along = part(details, "#along", HTMLElement);
+    this.alongSaid = part(details, "#along-said", HTMLElement);
+    this.over = part(details, "#over", HTMLElement);
     this.stage = new Stage(scene);
     this.stage.onStep = () => this.#drawNetwork();
     this.stage.onEnd = () => this.#next();
+    const { signal } = this.#closing; // the elements stay on the page for the next film
     this.slider.addEventListener("input", () => {
-      this.#follows = this.slider.valueAsNumber === this.trials.policies.length - 1;
+      const { policies } = this.trials;
+      this.#follows = this.slider.valueAsNumber === policies.length - 1;
       this.#overTraining = false;
-      this.#show();
-    });
-    this.through.addEventListener("click", () => {
-      this.#overTraining = !this.#overTraining;
-      this.#episode = 0;
-      if (this.#overTraining) {
-        this.#follows = false;
-        if (this.slider.value === this.slider.max) this.slider.value = "0";
-        this.stage.isPlaying = true;
-        this.stage.speed = 4;
-      }
-      this.#show();
-    });
-    this.back.addEventListener("click", () => this.#show());
+      this.#policy = policies[this.slider.valueAsNumber] ?? this.#policy;
+      void this.#show();
+    }, { signal });
+    this.through.addEventListener("click", () => this.#playOrStop(), { signal });
+    this.back.addEventListener("click", () => void this.#show(), { signal });
     this.update();
   }
 
@@ -91,12 +87,30 @@ export class Film {
     this.slider.max = String(Math.max(0, last));
     this.slider.disabled = last < 1;
     this.through.disabled = last < 1;
-    const isLate = this.#follows && !this.#episode && policies[last] !== this.#policy;
-    if (isLate) this.slider.value = String(last);
-    if (last >= 0 && (isLate || !this.#flown)) this.#show();
+    const before = this.#policy;
+    this.#policy = this.#chosen(policies);
+    this.#sayPolicy();
+    if (this.#policy !== before && !this.#episode) void this.#show();
     this.#showTrials();
     this.#drawNetwork();
     void this.trials.run();
+  }
+
+  /**
+   * The policy to fly. The newest, if the film follows training; else the one that was chosen, or
+   * if the run has deleted that one, the one before.
+   * @param {number[]} policies
+   */
+  #chosen(policies) {
+    const policy = this.#policy;
+    const newest = policies.at(-1) ?? null;
+    if (policy === null || (this.#follows && !this.#episode)) return newest;
+    return policies.findLast((each) => each <= policy) ?? newest;
+  }
+
+  /** Where the policy is among those of the run. */
+  get #place() {
+    return this.#policy === null ? -1 : this.trials.policies.indexOf(this.#policy);
   }
 
   /** Flies a training episode as it was. @param {number} episode */
@@ -126,40 +140,53 @@ export class Film {
     }
   }
 
+  /** Takes the film off the page, whose elements another one may use then. */
   close() {
     this.#request++;
+    this.#closing.abort();
+    this.trials.stop();
+    this.stage.close();
     this.#network?.free();
+    this.#network = null;
+  }
+
+  #playOrStop() {
+    this.#overTraining = !this.#overTraining;
+    if (this.#overTraining) {
+      this.#follows = false;
+      if (this.slider.value === this.slider.max) this.#policy = this.trials.policies[0] ?? null;
+      this.stage.isPlaying = true;
+      this.stage.speed = 4;
+    }
+    void this.#show();
   }
 
   #next() {
-    const last = Number(this.slider.max);
     if (!this.#overTraining) return this.stage.seek(0);
-    if (this.slider.valueAsNumber >= last) {
+    const next = this.trials.policies[this.#place + 1];
+    if (next === undefined) {
       this.#overTraining = false;
       this.#showThrough();
       return this.stage.seek(0);
     }
-    this.slider.value = String(this.slider.valueAsNumber + 1);
+    this.#policy = next;
     return void this.#show();
   }
 
-  /** The policy at the slider flies the chosen start. */
+  /** The policy flies the chosen start. */
   async #show() {
     const request = ++this.#request;
-    const place = this.slider.valueAsNumber;
-    const policy = this.trials.policies[place];
+    const policy = this.#policy;
     this.#episode = 0;
     this.back.hidden = true;
     this.#showThrough();
-    if (policy === undefined) return;
-    const count = this.trials.policies.length;
+    if (policy === null) return;
     const name = policyName(policy);
-    this.said.textContent = count > 1 ? `${name}, ${place + 1} of ${count}` : name;
-    this.slider.setAttribute("aria-valuetext", this.said.textContent);
+    this.#sayPolicy();
     try {
       const network = await this.trials.network(policy);
-      const flown = await this.trials.fly(policy, this.#start);
       if (request !== this.#request) return network.free();
+      const flown = this.#fly(network, policy);
       this.#take(flown, name, network, policy);
       this.caption.textContent = `Greedy flight from start ${this.#start}: ${ending(flown)}.`;
       this.#showTrials();
@@ -168,12 +195,21 @@ export class Film {
     }
   }
 
+  /** @param {NetworkPolicy} network freed if it cannot fly @param {number} policy */
+  #fly(network, policy) {
+    try {
+      return this.trials.fly(network, policy, this.#start);
+    } catch (error) {
+      network.free();
+      throw error;
+    }
+  }
+
   /** @param {Flown} flown @param {string} label @param {NetworkPolicy|null} network @param {number} policy */
   #take(flown, label, network, policy) {
     this.#network?.free();
     this.#network = network;
     this.#flown = flown;
-    this.#policy = policy;
     this.details.hidden = !network;
     if (network) {
       const dead = this.view.take(network, flown);
@@ -202,56 +238,38 @@ export class Film {
     this.view.draw(this.#network, observation, this.look().colours, scale);
   }
 
+  #sayPolicy() {
+    if (this.#policy === null) return;
+    const place = this.#place;
+    const count = this.trials.policies.length;
+    const name = policyName(this.#policy);
+    const said = count > 1 ? `${name}, ${place + 1} of ${count}` : name;
+    if (this.said.textContent !== said) this.said.textContent = said; // it is read aloud
+    this.slider.value = String(place);
+    this.slider.setAttribute("aria-valuetext", said);
+  }
+
   #showThrough() {
     this.through.textContent = this.#overTraining ? "Stop the film" : "Play the film of learning";
   }
 
-  /** The marks of the slider, the starts, and Q over training. */
+  /** The marks, the starts, and Q over training. */
   #showTrials() {
-    const { policies } = this.trials;
-    const last = Math.max(1, policies.length - 1);
-    this.marks.replaceChildren(...MARKS.flatMap(([outcome, text]) => {
-      const place = this.trials.first(outcome);
-      if (place < 0) return [];
-      const mark = document.createElement("button");
-      mark.type = "button";
-      mark.textContent = text;
-      mark.dataset["outcome"] = outcome;
-      mark.style.setProperty("--at", String(place / last));
-      mark.addEventListener("click", () => this.#goTo(place, outcome));
-      return [mark];
-    }));
-    const policy = policies[this.slider.valueAsNumber];
-    this.starts.replaceChildren(...STARTS.map((start) => this.#startButton(start, policy)));
-    if (this.trials.problem) this.caption.textContent = `It cannot be flown here: ${this.trials.problem}`;
+    this.marks.update(this.trials);
+    this.starts.update(this.trials, this.#policy, this.#start);
+    const problem = this.#policy === null ? "" : this.trials.problemOf(this.#policy);
+    if (problem && !this.#episode) this.caption.textContent = `It cannot be flown here: ${problem}`;
     if (!this.details.hidden) {
       const { axis, colours } = this.look();
       void drawOverTraining(this.over, this.trials, axis, colours);
     }
   }
 
-  /** @param {number} start @param {number|undefined} policy */
-  #startButton(start, policy) {
-    const trial = policy === undefined ? undefined : this.trials.at(policy, start);
-    const button = document.createElement("button");
-    button.type = "button";
-    button.dataset["outcome"] = trial?.outcome ?? "";
-    button.setAttribute("aria-pressed", String(start === this.#start));
-    button.title = `start ${start}: ${trial?.outcome ?? "not flown yet"}`;
-    button.textContent = trial ? number(trial.episodeReturn) : "…";
-    button.addEventListener("click", () => {
-      this.#start = start;
-      void this.#show();
-    });
-    return button;
-  }
-
-  /** Shows the flight behind a mark. @param {number} place @param {string} outcome */
-  #goTo(place, outcome) {
-    const policy = this.trials.policies[place];
-    this.#start = STARTS.find((start) =>
-      policy !== undefined && this.trials.at(policy, start)?.outcome === outcome) ?? this.#start;
-    this.slider.value = String(place);
+  /** Shows the first flight with an outcome. @param {string} outcome */
+  #goToFirst(outcome) {
+    const found = this.trials.first(outcome);
+    if (!found) return;
+    [this.#policy, this.#start] = found;
     this.#follows = this.#overTraining = false;
     void this.#show();
   }
@@ -276,17 +294,4 @@ function deadSaid(dead, network, history) {
   if (history.facts?.settings?.activation !== "relu") return colours;
   const each = dead.map((count, place) => `${count} of ${sizes[place]}`);
   return `${colours} Framed: dead units, 0 throughout this flight (${each.join(", ")}).`;
-}
-
-/**
- * @template {Element} T
- * @param {ParentNode} place
- * @param {string} selector
- * @param {new () => T} kind
- * @returns {T}
- */
-function query(place, selector, kind) {
-  const found = place.querySelector(selector);
-  if (!(found instanceof kind)) throw new Error(`the page has no ${selector}`);
-  return found;
 }

@@ -2,25 +2,21 @@
 
 /**
  * @typedef {object} Facts
- * @property {string} name
  * @property {string} label
  * @property {string} group
  * @property {"training"|"finished"|"stopped"|"gone"|"damaged"} status
  * @property {string} error
  * @property {string} env_id
- * @property {string} preset
- * @property {string} algorithm
  * @property {number} seed
  * @property {string} alike
- * @property {{gamma: number, reward_scale: number, learning_rate: number, batch_size: number, hidden_sizes: number[],
- *   activation: string, max_env_steps: number, episodes: number, num_envs: number}|null} settings
+ * @property {{gamma: number, reward_scale: number, activation: string, max_env_steps: number,
+ *   episodes: number}|null} settings
  * @property {boolean} is_lander
  * @property {number|null} threshold
  * @property {boolean} has_flights
  * @property {number[]} policies
  * @property {boolean} has_best
- * @property {{episodes: number, mean_return: number, share_solved: number|null,
- *   outcomes: Record<string, number>}|null} test
+ * @property {{episodes: number, mean_return: number}|null} test
  */
 
 /** @typedef {"episodes"|"updates"|"validations"} RecordName */
@@ -65,6 +61,11 @@ export class Columns {
     for (const column of Object.values(this.#values))
       while (column.length < this.length) column.push(null);
   }
+}
+
+/** Rows that stand for the episodes of a moving mean. @param {Columns} episodes */
+export function rowsOfWindow(episodes) {
+  return Math.max(1, Math.round(WINDOW / episodes.stride));
 }
 
 export class RunHistory {

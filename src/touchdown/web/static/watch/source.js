@@ -37,13 +37,13 @@ function fromServer(runs) {
     runs,
     isLive: true,
     listen(take, state) {
-      const events = new EventSource(`./events?${runs.map((run) => `run=${run}`).join("&")}`);
+      const events = new EventSource(`./events?${runs.map((run) => `run=${encodeURIComponent(run)}`).join("&")}`);
       events.onopen = () => state("live");
       events.onerror = () => state("lost");
       events.onmessage = (event) => take(JSON.parse(event.data));
     },
     policy(run, steps) {
-      const path = `./run/${run}/policy/${steps}`;
+      const path = `./run/${encodeURIComponent(run)}/policy/${steps}`;
       if (steps === "best") return get(path).then(bytesOf); // it changes
       const known = policies.get(path) ?? get(path).then(bytesOf);
       policies.set(path, known);
@@ -51,7 +51,7 @@ function fromServer(runs) {
       return known;
     },
     async episode(run, episode) {
-      return (await get(`./run/${run}/episode/${episode}`)).json();
+      return (await get(`./run/${encodeURIComponent(run)}/episode/${episode}`)).json();
     },
   };
 }

@@ -17,6 +17,7 @@ export class Stage {
   #speed = 2;
   #then = 0;
   #ended = 0;
+  #closed = false;
   /** Called when a flight has been shown to its end. @type {() => void} */
   onEnd = () => this.seek(0);
   /** Called whenever another step is shown. @type {(step: number) => void} */
@@ -40,6 +41,7 @@ export class Stage {
     const bar = element("div", "");
     bar.className = "transport";
     bar.append(this.button, this.timeline, this.speeds);
+    this.bar = bar;
     place.append(canvas, bar);
     this.scene = new SceneView(canvas);
     this.button.addEventListener("click", () => {
@@ -98,7 +100,16 @@ export class Stage {
     this.#show();
   }
 
+  /** Takes everything off the page. */
+  close() {
+    this.#closed = true;
+    this.scene.close();
+    this.canvas.remove();
+    this.bar.remove();
+  }
+
   #frame(/** @type {number} */ now) {
+    if (this.#closed) return;
     const passed = Math.min(100, now - this.#then);
     this.#then = now;
     if (this.#playing && this.#flown && !document.hidden) {

@@ -3,6 +3,7 @@
 import { expectations, flyPolicy, mean, returnsToGo } from "touchdown/watch/flight.js";
 
 /** @typedef {import("touchdown/engine/engine.js").Engine} Engine */
+/** @typedef {import("touchdown/engine/engine.js").NetworkPolicy} NetworkPolicy */
 /** @typedef {import("touchdown/watch/history.js").RunHistory} RunHistory */
 /** @typedef {import("touchdown/watch/source.js").Source} Source */
 /** @typedef {import("touchdown/watch/flight.js").Flown} Flown */
@@ -32,9 +33,10 @@ export function policyName(policy) {
 export class Trials {
   /** @type {Map<string, Trial>} by policy and start */
   #done = new Map();
+  /** @type {Map<number, string>} why policies cannot be flown */
+  #failed = new Map();
   #busy = false;
-  /** Why the policies cannot be flown; empty if they can. */
-  problem = "";
+  #stopped = false;
   /** Called when another flight is done. @type {() => void} */
   onTrial = () => {};
 
@@ -66,30 +68,25 @@ export class Trials {
     return this.engine.newNetwork(await this.source.policy(this.history.key, policy === BEST ? "best" : policy));
   }
 
-  /** @param {number} policy @param {number} start @returns {Promise<Flown>} */
-  async fly(policy, start) {
-    const network = await this.network(policy);
-    try {
-      const flown = flyPolicy(this.engine, network, start);
-      this.#note(policy, start, network, flown);
-      return flown;
-    } finally {
-      network.free();
-    }
+  /**
+   * Flies a policy, and keeps what the flight came to.
+   * @param {NetworkPolicy} network @param {number} policy whose network it is @param {number} start
+   */
+  fly(network, policy, start) {
+    const flown = flyPolicy(this.engine, network, start);
+    this.#note(policy, start, network, flown);
+    return flown;
   }
 
-  /** Flies what is missing, until all is done. */
+  /** Flies what is missing, until all is done; a policy that cannot be flown is left out. */
   async run() {
-    if (this.#busy || this.problem) return;
+    if (this.#busy) return;
     this.#busy = true;
     try {
-      for (let next = this.#missing(); next && !this.problem; next = this.#missing()) {
+      for (let next = this.#missing(); next; next = this.#missing()) {
         await idle();
-        try {
-          await this.fly(...next);
-        } catch (error) {
-          this.problem = error instanceof Error ? error.message : String(error);
-        }
+        await this.#tryOut(...next);
+        if (this.#stopped) return;
         this.onTrial();
       }
     } finally {
@@ -97,23 +94,52 @@ export class Trials {
     }
   }
 
-  /** The first policy with an outcome among its flights, as its place; -1 if there is none. */
+  /** Flies no more. */
+  stop() {
+    this.#stopped = true;
+  }
+
+  /** Why a policy cannot be flown; empty if it can. @param {number} policy */
+  problemOf(policy) {
+    return this.#failed.get(policy) ?? "";
+  }
+
+  /** The first policy with an outcome, and the start; null if there is none. @returns {[number, number]|null} */
   first(/** @type {string} */ outcome) {
-    return this.policies.findIndex((policy) =>
-      STARTS.some((start) => this.at(policy, start)?.outcome === outcome));
+    for (const policy of this.policies)
+      for (const start of STARTS)
+        if (this.at(policy, start)?.outcome === outcome) return [policy, start];
+    return null;
   }
 
   /** @returns {[number, number]|null} */
   #missing() {
+    if (this.#stopped) return null;
     for (const start of STARTS)
-      for (const policy of this.policies) if (!this.at(policy, start)) return [policy, start];
+      for (const policy of this.policies)
+        if (!this.at(policy, start) && !this.#failed.has(policy)) return [policy, start];
     return null;
   }
 
-  /** @param {number} policy @param {number} start @param {import("touchdown/engine/engine.js").NetworkPolicy} network @param {Flown} flown */
+  /** @param {number} policy @param {number} start */
+  async #tryOut(policy, start) {
+    try {
+      const network = await this.network(policy);
+      try {
+        if (!this.#stopped) this.fly(network, policy, start);
+      } finally {
+        network.free();
+      }
+    } catch (error) {
+      this.#failed.set(policy, error instanceof Error ? error.message : String(error));
+    }
+  }
+
+  /** @param {number} policy @param {number} start @param {NetworkPolicy} network @param {Flown} flown */
   #note(policy, start, network, flown) {
     const settings = this.history.facts?.settings;
     const gamma = settings?.gamma ?? 1;
+    this.#failed.delete(policy);
     this.#done.set(`${policy}/${start}`, {
       outcome: flown.outcome,
       episodeReturn: flown.returns.at(-1) ?? 0,

@@ -1,4 +1,4 @@
-// Q against what was really returned: along one flight, and over training.
+// Q against discounted returns: along one flight, and over training.
 
 import { expectations, mean, returnsToGo } from "touchdown/watch/flight.js";
 import { drawPlot } from "touchdown/watch/plot.js";
@@ -54,6 +54,6 @@ function pair(x, expected, returned, colours) {
   const hovertemplate = "%{y:.1f}";
   return [
     { x, y: expected, name: "expected, max Q", mode: "lines", line: { color: colours.blue, width: 2 }, hovertemplate },
-    { x, y: returned, name: "returned", mode: "lines", line: { color: colours.orange, width: 2 }, hovertemplate },
+    { x, y: returned, name: "discounted return", mode: "lines", line: { color: colours.orange, width: 2 }, hovertemplate },
   ];
 }

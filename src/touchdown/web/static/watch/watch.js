@@ -22,7 +22,7 @@ function byId(id) {
 const SAID = {
   live: "live",
   lost: "no connection: the server has ended, or is busy; what you see is what came before",
-  file: "a copy, which does not change",
+  file: "saved copy",
 };
 
 export function start() {
@@ -153,7 +153,7 @@ function drawKey(key, histories) {
 function drawNotices(histories) {
   const texts = histories.flatMap((history) => {
     if (history.isUnknown)
-      return [`${history.label}: there is no such run any more; “All runs” lists those there are.`];
+      return [`${history.label}: This run no longer exists. “All runs” lists the others.`];
     if (!history.facts) return [];
     if (history.facts.status === "gone")
       return [`${history.label}: was deleted; what you see is what was read before.`];
