@@ -1,4 +1,4 @@
-// Random numbers from a key. They use additions and integer products only, so every browser draws
+// Random numbers from a key. They use only additions and integer multiplications, so every browser draws
 // the same ones.
 
 const STEP = 0x9e3779b9; // 2^32 divided by the golden ratio

@@ -6,7 +6,7 @@ import { YOU } from "touchdown/play/link.js";
 import { Race } from "touchdown/play/race.js";
 
 /** @typedef {import("touchdown/play/link.js").Setup} Setup */
-/** @typedef {import("touchdown/policies/pilots.js").Policies} Policies */
+/** @typedef {import("touchdown/policies/registry.js").Policies} Policies */
 /** @typedef {"started" | "changed" | "ended" | "handed over"} GameEvent */
 
 export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
@@ -58,7 +58,7 @@ export class Game {
   }
 
   /** Who flies the lead, in words. */
-  get pilot() {
+  get flownBy() {
     const { lead } = this.race;
     const assisted = lead.commands.includes(AUTOPILOT);
     const byHand = lead.steps > 0 ? lead.byHand : this.setup.byHand;

@@ -79,7 +79,7 @@ export class Screens {
       bodies,
       engines: ended || now.action === 0 ? [] : [now.action],
       trail,
-      label: isLead ? game.pilot : flight.name,
+      label: isLead ? game.flownBy : flight.name,
       outcome: ended ? flight.outcome : null,
     };
     if (isLead || this.sideBySide) craft.dials = dials;

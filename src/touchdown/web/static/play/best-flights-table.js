@@ -4,16 +4,16 @@ import { signed } from "touchdown/scene/dials.js";
 import { STEPS_PER_SECOND } from "touchdown/scene/frame.js";
 import { part } from "touchdown/common/parts.js";
 
-/** @typedef {import("touchdown/play/scores.js").Score} Score */
+/** @typedef {import("touchdown/play/best-flights.js").BestFlight} BestFlight */
 
 /**
  * @param {HTMLElement} section
- * @param {Score[]} scores the best first
+ * @param {BestFlight[]} flights the best first
  */
-export function showScores(section, scores) {
-  part(section, ".none", HTMLElement).hidden = scores.length > 0;
-  part(section, ".scroll", HTMLElement).hidden = scores.length === 0;
-  part(section, "tbody", HTMLElement).replaceChildren(...scores.map(rowOf));
+export function showBestFlights(section, flights) {
+  part(section, ".none", HTMLElement).hidden = flights.length > 0;
+  part(section, ".scroll", HTMLElement).hidden = flights.length === 0;
+  part(section, "tbody", HTMLElement).replaceChildren(...flights.map(rowOf));
 }
 
 /**
@@ -26,17 +26,17 @@ function conditionsOf(link) {
   return changed.map(({ name }) => `${name} ${fields.get(name)}`).join(", ") || "normal";
 }
 
-/** @param {Score} score */
-function rowOf(score) {
+/** @param {BestFlight} flight */
+function rowOf(flight) {
   const row = document.createElement("tr");
-  const seconds = `${(score.steps / STEPS_PER_SECOND).toFixed(1)} s`;
+  const seconds = `${(flight.steps / STEPS_PER_SECOND).toFixed(1)} s`;
   const texts = [
-    signed(score.return, 1), score.outcome, score.pilot, String(score.seed),
-    conditionsOf(score.link), seconds, score.fuel.toFixed(1),
+    signed(flight.return, 1), flight.outcome, flight.by, String(flight.seed),
+    conditionsOf(flight.link), seconds, flight.fuel.toFixed(1),
   ];
   for (const text of texts) row.insertCell().textContent = text;
   const link = document.createElement("a");
-  link.href = `#${score.link}`;
+  link.href = `#${flight.link}`;
   link.textContent = "watch";
   row.insertCell().append(link);
   return row;
