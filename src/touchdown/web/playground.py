@@ -20,7 +20,6 @@ from touchdown.web import page
 TITLE = "Touchdown playground"
 PERSON = "you"
 """How the page names the person who flies, so no policy may have this name."""
-_ENGINE = "lander.wasm"
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +91,7 @@ def render(policies: Sequence[PagePolicy], seed: int) -> str:
         "play.html.j2",
         title=TITLE,
         data={"seed": seed, "policies": [policy.to_json() for policy in ordered]},
-        binaries={_ENGINE: page.static_file(_ENGINE), **weights},
+        binaries={page.ENGINE: page.static_file(page.ENGINE), **weights},
     )
 
 

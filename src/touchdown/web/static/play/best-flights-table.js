@@ -1,7 +1,7 @@
 // The table of a person's best flights.
 import { RANGES } from "touchdown/play/conditions.js";
-import { signed } from "touchdown/scene/dials.js";
-import { STEPS_PER_SECOND } from "touchdown/scene/frame.js";
+import { signed } from "touchdown/common/format.js";
+import { STEPS_PER_SECOND } from "touchdown/common/units.js";
 import { part } from "touchdown/common/parts.js";
 
 /** @typedef {import("touchdown/play/best-flights.js").BestFlight} BestFlight */

@@ -1,5 +1,5 @@
 // The state of a race in words.
-import { signed } from "touchdown/scene/dials.js";
+import { signed } from "touchdown/common/format.js";
 import { YOU } from "touchdown/play/link.js";
 
 /** @typedef {import("touchdown/play/game.js").Game} Game */

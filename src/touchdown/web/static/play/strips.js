@@ -1,5 +1,5 @@
 // Strips under the flight, all over the same time: Q(s, a), the value gap, actions, fuel and return.
-import { signed } from "touchdown/scene/dials.js";
+import { signed } from "touchdown/common/format.js";
 import { contextOf } from "touchdown/scene/frame.js";
 import { gapOf } from "touchdown/play/insight.js";
 import { RIVAL_COLOURS } from "touchdown/play/screens.js";
