@@ -1,6 +1,6 @@
 // The engine as a browser sees it: landers that fly one by one, behind plain C functions.
 //
-// src/touchdown/web/static/engine.js calls them, and checks all arguments before.
+// src/touchdown/web/static/engine/lander.js calls them, and checks all arguments before.
 #include "engine/lander.hpp"
 
 #include <array>
@@ -34,7 +34,7 @@ struct Episode {
   Outcome outcome;
 };
 
-// What engine.js reads after each call. It knows the offsets.
+// What lander.js reads after each call. It knows the offsets.
 struct Report {
   double reward;
   Episode episode;

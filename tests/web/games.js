@@ -5,7 +5,7 @@ import { normalConditions, withFaults, withNoise } from "touchdown/play/conditio
 import { loadEngine } from "touchdown/engine/engine.js";
 import { Game } from "touchdown/play/game.js";
 import { checkOf, readLink, writeLink } from "touchdown/play/link.js";
-import { makePolicies } from "touchdown/policies/pilots.js";
+import { makePolicies } from "touchdown/policies/registry.js";
 
 const POLICIES = /** @type {const} */ ([
   { name: "ace", kind: "network" },
@@ -103,17 +103,17 @@ function reportOf(game, events, setup) {
   return {
     events,
     step,
-    pilot: game.pilot,
+    flownBy: game.flownBy,
     engaged: game.engaged,
     link: writeLink(setup, lead.commands, checkOf(flights)),
     flights: flights.map((flight) => ({
       name: flight.name,
       outcome: flight.outcome,
       commands: flight.commands,
-      actions: flight.moments.slice(1).map((moment) => moment.action),
-      returns: flight.moments.map((moment) => moment.return),
+      actions: flight.states.slice(1).map((state) => state.action),
+      returns: flight.states.map((state) => state.return),
       observations: base64(
-        new Uint8Array(Float32Array.from(flight.moments.flatMap((moment) => [...moment.observation])).buffer),
+        new Uint8Array(Float32Array.from(flight.states.flatMap((state) => [...state.observation])).buffer),
       ),
     })),
   };

@@ -68,7 +68,7 @@ def test_a_damaged_link_is_refused_in_words(link, said):
 
 
 def test_a_link_says_what_determines_the_flights_and_nothing_else():
-    text = "#start=3&pilot=you&autopilot=pid&against=ace&against=a%26b&wind=2.5&flight=GQ&check=x"
+    text = "#start=3&by=you&autopilot=pid&against=ace&against=a%26b&wind=2.5&flight=GQ&check=x"
     plain, full = in_node("games.js", "readings", ["", text])
     assert plain is None  # nothing to open
     assert full == {
@@ -91,7 +91,7 @@ def test_engines_take_turns_when_two_are_held():
 
 def test_flights_are_those_of_the_native_engine_under_the_same_conditions():
     script = [hold(2, 30), ("release", 10), hold(MAIN_AND_RIGHT, 25), ("frames", 16)]
-    (game,) = play((f"start=11&pilot=you&autopilot=ace&against=pid&{ROUGH}", script))
+    (game,) = play((f"start=11&by=you&autopilot=ace&against=pid&{ROUGH}", script))
     for flight in game["flights"]:
         env = LanderEnv(
             gravity=-9,
@@ -111,13 +111,13 @@ def test_flights_are_those_of_the_native_engine_under_the_same_conditions():
 
 
 def test_a_link_repeats_a_flight_to_the_last_bit_whatever_the_person_did():
-    link = f"start=5&pilot=you&autopilot=ace&against=ace&against=random&{ROUGH}"
+    link = f"start=5&by=you&autopilot=ace&against=ace&against=random&{ROUGH}"
     script = [
         *(hold(2, 20), ("release", 7), hold(1, 9), hold(MAIN_AND_LEFT, 11), ("seek", 25)),
         *(hold(3, 12), ("autopilot", 0), ("release", 30), hold(2, 5), ("step", 2), ("frames", 7)),
     ]
     (first,) = play((link, script))
-    assert first["pilot"] == "you + ace"
+    assert first["flownBy"] == "you + ace"
     commands = first["flights"][0]["commands"]
     assert commands[:37] == [2] * 20 + [0] * 5 + [3] * 12  # what was rewound is forgotten
     again, slower = play((first["link"], [("frames", 17)]), (first["link"], [("frames", 4)]))
@@ -129,7 +129,7 @@ def test_a_link_repeats_a_flight_to_the_last_bit_whatever_the_person_did():
 
 
 def test_a_rewound_flight_goes_on_as_one_that_was_never_longer():
-    link = f"start=2&pilot=you&autopilot=random&{ROUGH}"
+    link = f"start=2&by=you&autopilot=random&{ROUGH}"
     detour = [hold(2, 40), ("autopilot", 0), ("release", 20), ("seek", 15), hold(3, 1)]
     straight = [hold(2, 15), ("autopilot", 0), hold(3, 1)]
     rewound, plain = play((link, [*detour, ("frames", 20)]), (link, [*straight, ("frames", 20)]))
@@ -138,7 +138,7 @@ def test_a_rewound_flight_goes_on_as_one_that_was_never_longer():
 
 
 def test_a_shared_flight_that_is_not_over_is_handed_to_the_next_person():
-    (first,) = play(("start=7&pilot=you&autopilot=ace", [hold(2, 30)]))
+    (first,) = play(("start=7&by=you&autopilot=ace", [hold(2, 30)]))
     handed, done = play(
         (first["link"], [("frames", 20)]), (first["link"], [("frames", 20), hold(1, 10)])
     )
@@ -149,16 +149,16 @@ def test_a_shared_flight_that_is_not_over_is_handed_to_the_next_person():
 
 def test_the_autopilot_lands_and_a_person_may_override_it():
     lands, meddled = play(
-        ("start=7&pilot=ace", [("frames", 16)]),
-        ("start=7&pilot=ace", [("release", 10), hold(1, 5), ("frames", 16)]),
+        ("start=7&by=ace", [("frames", 16)]),
+        ("start=7&by=ace", [("release", 10), hold(1, 5), ("frames", 16)]),
     )
     assert lands["events"] == ["started", "changed", "ended"]
-    assert lands["pilot"] == "ace"
+    assert lands["flownBy"] == "ace"
     assert lands["flights"][0]["outcome"] == "landed"
     assert lands["flights"][0]["returns"][-1] > 200
     commands = meddled["flights"][0]["commands"]
     assert commands[:16] == [AUTOPILOT] * 10 + [1] * 5 + [AUTOPILOT]
-    assert meddled["pilot"] == "you + ace"
+    assert meddled["flownBy"] == "you + ace"
 
 
 def test_faults_and_noise_are_drawn_from_the_start_and_have_the_chosen_strength():
@@ -179,5 +179,5 @@ def test_faults_and_noise_are_drawn_from_the_start_and_have_the_chosen_strength(
 
 
 def test_a_page_that_was_hidden_does_not_catch_up():
-    (game,) = play(("start=7&pilot=ace", [("release", 50), ("tick", 3_600_000)]))
+    (game,) = play(("start=7&by=ace", [("release", 50), ("tick", 3_600_000)]))
     assert 50 < game["step"] <= 55

@@ -97,12 +97,12 @@ def test_a_person_flies_an_episode_with_keys_and_it_is_kept(opened: Open):
         tab.keyboard.down("ArrowLeft")
         wait_until_over(tab)
         assert " you −" in status_of(tab)
-        kept = json.loads(tab.evaluate("localStorage.getItem('touchdown-scores')"))
-        assert [score["outcome"] for score in kept] == ["out of bounds"]
+        kept = json.loads(tab.evaluate("localStorage.getItem('touchdown-best-flights')"))
+        assert [flight["outcome"] for flight in kept] == ["out of bounds"]
         assert kept[0]["link"] == hash_of(tab).removeprefix("#")
         tab.reload()  # which shows the flight again, and does not keep it twice
-        assert tab.locator(".scores tbody tr").count() == 1
-        assert tab.locator(".scores tbody td").nth(1).inner_text() == "out of bounds"
+        assert tab.locator(".best tbody tr").count() == 1
+        assert tab.locator(".best tbody td").nth(1).inner_text() == "out of bounds"
         tab.get_by_role("button", name="Clear").click()
         expect(tab.get_by_text("None yet.")).to_be_visible()
 
@@ -115,7 +115,7 @@ def test_the_shipped_policy_lands_and_wins_the_race(opened: Open):
         first, *others = status_of(tab).split(" · ")
         assert first == "1. ace +280.2 (landed)"
         assert sorted(each.split()[1] for each in others) == ["heuristic", "pid"]
-        assert "pilot=ace&against=pid&against=heuristic" in hash_of(tab)
+        assert "by=ace&against=pid&against=heuristic" in hash_of(tab)
         assert "flight=" not in hash_of(tab)  # the autopilot's actions need not be told
         tab.get_by_role("button", name="Side by side").click()
         assert tab.locator(".scenes canvas").count() == 3
@@ -123,8 +123,8 @@ def test_the_shipped_policy_lands_and_wins_the_race(opened: Open):
 
 def test_the_map_of_a_random_policy_leaves_its_flight_alone(opened: Open, tmp_path: Path):
     path = tmp_path / "random.html"
-    path.write_text(playground.render([playground.pilot_of(lookup.load("random"))], seed=7))
-    link = "start=7&pilot=random"
+    path.write_text(playground.render([playground.page_policy_of(lookup.load("random"))], seed=7))
+    link = "start=7&by=random"
     request = {"module": encoded(MODULE), "ace": encoded(ACE)}
     (game,) = in_node(
         "games.js", "play", request | {"games": [{"link": link, "script": [["frames", 20]]}]}
@@ -136,7 +136,7 @@ def test_the_map_of_a_random_policy_leaves_its_flight_alone(opened: Open, tmp_pa
 
 
 def test_a_shared_link_repeats_the_flight_to_the_last_bit(opened: Open):
-    rough = "#start=12&pilot=you&autopilot=ace&against=pid&wind=12&faults=0.1&noise=0.05"
+    rough = "#start=12&by=you&autopilot=ace&against=pid&wind=12&faults=0.1&noise=0.05"
     with opened(rough) as tab:
         tab.keyboard.down("KeyW")
         tab.wait_for_timeout(300)
@@ -150,14 +150,14 @@ def test_a_shared_link_repeats_the_flight_to_the_last_bit(opened: Open):
         fly_fast(tab)
         wait_until_over(tab)
         assert status_of(tab) == result
-        assert hash_of(tab) == link  # its check is a digest of every bit of the last moments
-        assert tab.locator(".scores tbody tr").count() == 0  # it is somebody else's
+        assert hash_of(tab) == link  # its check is a digest of every bit of the last states
+        assert tab.locator(".best tbody tr").count() == 0  # it is somebody else's
         assert tab.get_by_role("slider", name="Wind").get_attribute("aria-valuetext") == "12.0"
 
 
 def test_a_flight_that_goes_differently_is_noted_unless_its_reader_takes_over(opened: Open):
     # main engine for 15 steps, nothing for 40, and the check of some other flight
-    link = "#start=12&pilot=you&autopilot=ace&flight=ZJEC&check=other"
+    link = "#start=12&by=you&autopilot=ace&flight=ZJEC&check=other"
     with opened(link) as tab:
         fly_fast(tab)
         expect(tab.locator("p[role=status]")).to_contain_text("Your turn")
@@ -166,7 +166,7 @@ def test_a_flight_that_goes_differently_is_noted_unless_its_reader_takes_over(op
         tab.keyboard.up("ArrowLeft")
         assert not status_of(tab).endswith("This flight differs from the shared one.")
         whole = hash_of(tab)
-        assert tab.locator(".scores tbody tr").count() == 1  # it is the reader's now
+        assert tab.locator(".best tbody tr").count() == 1  # it is the reader's now
     with opened(whole.replace("check=", "check=other")) as tab:
         fly_fast(tab)
         wait_until_over(tab)
@@ -177,14 +177,14 @@ def test_a_flight_that_goes_differently_is_noted_unless_its_reader_takes_over(op
             wait_until_over(tab)
             assert status_of(tab).endswith("This flight differs from the shared one.")
         tab.keyboard.down("ArrowUp")  # nothing is left to fly
-        assert tab.locator(".scores tbody tr").count() == 0
+        assert tab.locator(".best tbody tr").count() == 0
         tab.keyboard.press("Space")
         wait_until_over(tab)
-        assert tab.locator(".scores tbody tr").count() == 0
+        assert tab.locator(".best tbody tr").count() == 0
 
 
 def test_a_flight_pauses_steps_rewinds_and_goes_on(opened: Open):
-    with opened("#start=7&pilot=ace") as tab:
+    with opened("#start=7&by=ace") as tab:
         clock = tab.locator(".bar .clock")
         wait_for_clock(tab, "> 1.2")
         tab.keyboard.press("Space")
@@ -205,7 +205,7 @@ def test_a_flight_pauses_steps_rewinds_and_goes_on(opened: Open):
 
 
 def test_a_broken_link_is_explained_and_a_person_can_fly_anyway(opened: Open):
-    with opened("#start=7&pilot=eagle") as tab:
+    with opened("#start=7&by=eagle") as tab:
         assert status_of(tab) == "The link cannot be opened: this page has no policy eagle."
         tab.keyboard.press("ArrowUp")
         assert status_of(tab) == "You are flying."
@@ -241,7 +241,7 @@ def test_a_file_of_weights_becomes_a_rival_and_any_other_file_is_refused(
         lookup.SHIPPED.joinpath("ace.safetensors").read_bytes()
     )
     (tmp_path / "photo.safetensors").write_bytes(b"no weights at all")
-    with opened("#start=7&pilot=pid") as tab:
+    with opened("#start=7&by=pid") as tab:
         chooser = tab.get_by_label("Add a policy from a file of weights")
         chooser.set_input_files(tmp_path / "photo.safetensors")
         status = tab.locator("p[role=status]")
@@ -271,11 +271,11 @@ def test_a_browser_that_keeps_nothing_still_plays(opened: Open):
     forbidden = """Object.defineProperty(window, "localStorage", {
         get() { throw new DOMException("forbidden", "SecurityError"); } });
         history.replaceState = () => { throw new DOMException("forbidden", "SecurityError"); };"""
-    with opened("#start=7&pilot=you&autopilot=pid", script=forbidden) as tab:
+    with opened("#start=7&by=you&autopilot=pid", script=forbidden) as tab:
         fly_fast(tab)
         tab.keyboard.down("ArrowRight")
         wait_until_over(tab)
-        assert tab.locator(".scores tbody tr").count() == 1
+        assert tab.locator(".best tbody tr").count() == 1
 
 
 def test_flights_are_shown_at_once_unless_less_motion_is_wanted(opened: Open):
@@ -303,8 +303,8 @@ def test_the_keyboard_reaches_everything_in_a_sensible_order(opened: Open):
             )
         assert order[:13] == [
             *("Share", "Switch between light and dark", "Fly", "Watch ace", "Start again"),
-            *("One second back", "One step back", "Play", "One step on", "Time", "Speed"),
-            *("Autopilot", "pilot"),
+            *("One second back", "One step back", "Play", "One step forward", "Time", "Speed"),
+            *("Autopilot", "by"),
         ]
         for name in (
             "rival",
@@ -320,7 +320,7 @@ def test_the_keyboard_reaches_everything_in_a_sensible_order(opened: Open):
         tab.get_by_role("radio", name="ace").focus()
         tab.keyboard.press("ArrowRight")
         expect(tab.get_by_role("radio", name="pid")).to_be_checked()
-        assert "pilot=pid" in hash_of(tab) or status_of(tab).startswith("pid is flying")
+        assert "by=pid" in hash_of(tab) or status_of(tab).startswith("pid is flying")
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -334,7 +334,7 @@ def test_words_stand_out_and_the_scene_fits_the_window(opened: Open, scheme: str
       return [each.textContent, getComputedStyle(each).color,
               getComputedStyle(behind).backgroundColor];
     })"""
-    with opened("#start=7&pilot=ace&against=pid", color_scheme=scheme) as tab:
+    with opened("#start=7&by=ace&against=pid", color_scheme=scheme) as tab:
         wait = "() => document.querySelector('[data-value]').textContent !== ''"
         tab.wait_for_function(wait)
         found = tab.evaluate(look)
@@ -358,7 +358,7 @@ def test_values_are_shown_in_return_points(opened: Open):
 
 
 def test_strips_and_map_show_what_the_network_thinks(opened: Open):
-    with opened("#start=7&pilot=ace&against=pid") as tab:
+    with opened("#start=7&by=ace&against=pid") as tab:
         fly_fast(tab)
         wait_until_over(tab)
         tab.wait_for_timeout(300)

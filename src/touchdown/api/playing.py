@@ -15,7 +15,7 @@ from touchdown.policies.names import POLICY_FILES
 from touchdown.runs.folder import DEFAULT_RUNS
 from touchdown.runs.run import Run
 from touchdown.web import playground
-from touchdown.web.playground import Pilot
+from touchdown.web.playground import PagePolicy
 
 DEFAULT_OUT = Path("playground.html")
 OFFERED = ("pid", "heuristic")
@@ -60,22 +60,22 @@ def play(
         raise UserError(f"out {str(path)!r}: must end in {' or '.join(_SUFFIXES)}")
     files.check_file(path, "out")
     files.check_new(path, force=force or (out is None and _is_playground(path)))
-    pilots = [_pilot(policy, Path(runs_dir)) for policy in policies]
+    named = [_page_policy(policy, Path(runs_dir)) for policy in policies]
     with files.refusing(f"out {str(path)!r}"):
-        files.write_atomic(path, playground.render([*pilots, *offered()], seed))
+        files.write_atomic(path, playground.render([*named, *offered()], seed))
     if browser and browsers.has_display():
         with contextlib.suppress(webbrowser.Error):
             webbrowser.open(path.absolute().as_uri())
     return path
 
 
-def offered() -> list[Pilot]:
+def offered() -> list[PagePolicy]:
     """The policies that every page offers."""
     names = [*lookup.shipped_names(), *OFFERED]
-    return [playground.pilot_of(lookup.load(name)) for name in names]
+    return [playground.page_policy_of(lookup.load(name)) for name in names]
 
 
-def _pilot(policy: PolicyLike, runs_dir: Path) -> Pilot:
+def _page_policy(policy: PolicyLike, runs_dir: Path) -> PagePolicy:
     if not isinstance(policy, NamedPolicy | Run):
         suffix = Path(str(policy)).suffix
         if suffix in POLICY_FILES and suffix not in _FLYING_FILES:
@@ -88,7 +88,7 @@ def _pilot(policy: PolicyLike, runs_dir: Path) -> Pilot:
             f"policy {policy.name!r}: needs code of its own ({', '.join(code.values())}), which "
             "cannot run in a browser"
         )
-    return playground.pilot_of(find_policy(policy, runs_dir, None))
+    return playground.page_policy_of(find_policy(policy, runs_dir, None))
 
 
 def _is_playground(path: Path) -> bool:

@@ -10,6 +10,8 @@ from typing import Any
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+ENGINE = "lander.wasm"
+"""The engine, among the static files and the files of a page."""
 _STATIC = Path(__file__).with_name("static")
 _SCRIPT = "text/javascript"
 _NAMED = re.compile(r'"touchdown/([\w/-]+\.js)"')

@@ -20,11 +20,10 @@ from touchdown.web import page
 TITLE = "Touchdown playground"
 PERSON = "you"
 """How the page names the person who flies, so no policy may have this name."""
-_ENGINE = "lander.wasm"
 
 
 @dataclass(frozen=True, slots=True)
-class Pilot:
+class PagePolicy:
     """A policy as the page flies it."""
 
     name: str
@@ -45,7 +44,7 @@ class Pilot:
         return described
 
 
-def pilot_of(named: NamedPolicy) -> Pilot:
+def page_policy_of(named: NamedPolicy) -> PagePolicy:
     """A policy as a page flies it.
 
     Raises:
@@ -62,42 +61,42 @@ def pilot_of(named: NamedPolicy) -> Pilot:
             f"policy {name!r}: acts in {named.env_id}; must act in {rules.LANDER_IDS[0]}"
         )
     if isinstance(policy, PIDPolicy):
-        return Pilot(name, "pid", gains=asdict(policy.config))
+        return PagePolicy(name, "pid", gains=asdict(policy.config))
     if isinstance(policy, HeuristicPolicy):
-        return Pilot(name, "heuristic")
+        return PagePolicy(name, "heuristic")
     if isinstance(policy, RandomPolicy):
-        return Pilot(name, "random")
+        return PagePolicy(name, "random")
     if isinstance(policy, GreedyPolicy) and "network" in policy.describe():
-        return Pilot(name, "network", weights=_weights_of(policy, named.reward_scale))
+        return PagePolicy(name, "network", weights=_weights_of(policy, named.reward_scale))
     raise UserError(
         f"policy {name!r}: cannot fly in a browser; must be a network of touchdown, or a PID "
         "controller, heuristic or random"
     )
 
 
-def render(pilots: Sequence[Pilot], seed: int) -> str:
+def render(policies: Sequence[PagePolicy], seed: int) -> str:
     """The playground as one HTML file, which opens from disk.
 
     Args:
-        pilots: the policies, the first of which flies when the page opens. Of equal names, the
+        policies: the policies, the first of which flies when the page opens. Of equal names, the
             first counts.
         seed: seed of the first start.
     """
-    distinct: dict[str, Pilot] = {}
-    for pilot in pilots:
-        distinct.setdefault(pilot.name, pilot)
+    distinct: dict[str, PagePolicy] = {}
+    for policy in policies:
+        distinct.setdefault(policy.name, policy)
     ordered = distinct.values()
-    weights = {_file_of(pilot): pilot.weights for pilot in ordered if pilot.weights is not None}
+    weights = {_file_of(policy): policy.weights for policy in ordered if policy.weights is not None}
     return page.render(
         "play.html.j2",
         title=TITLE,
-        data={"seed": seed, "policies": [pilot.to_json() for pilot in ordered]},
-        binaries={_ENGINE: page.static_file(_ENGINE), **weights},
+        data={"seed": seed, "policies": [policy.to_json() for policy in ordered]},
+        binaries={page.ENGINE: page.static_file(page.ENGINE), **weights},
     )
 
 
-def _file_of(pilot: Pilot) -> str:
-    return f"{pilot.name}.safetensors"
+def _file_of(policy: PagePolicy) -> str:
+    return f"{policy.name}.safetensors"
 
 
 def _weights_of(policy: GreedyPolicy, reward_scale: float) -> bytes:

@@ -11,7 +11,6 @@ from touchdown.core.reading import read_bytes
 from touchdown.web import page
 from touchdown.web.watch.shelf import Shelf, Shelved
 
-ENGINE = "lander.wasm"
 CHARTS = "plotly.min.js"
 _STATIC = "./static/"
 
@@ -41,7 +40,7 @@ def live_page(keys: Sequence[str], found: Sequence[Shelved]) -> str:
         "watch.html.j2",
         title=title,
         data={"live": True, "runs": list(keys), "messages": []},
-        binaries={ENGINE: page.static_file(ENGINE)},
+        binaries={page.ENGINE: page.static_file(page.ENGINE)},
         modules_at=_STATIC,
     )
 
@@ -66,7 +65,7 @@ def file_page(
         "watch.html.j2",
         title=title,
         data={"live": False, "runs": list(keys), "messages": messages, "episodes": episodes},
-        binaries={ENGINE: page.static_file(ENGINE), **policies},
+        binaries={page.ENGINE: page.static_file(page.ENGINE), **policies},
         script=charts_script().decode(),
     )
 

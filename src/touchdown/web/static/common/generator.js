@@ -1,13 +1,14 @@
-// Random numbers from a key. They use additions and integer products only, so every browser draws
+// Random numbers from a key. They use only additions and integer multiplications, so every browser draws
 // the same ones.
 
-const STEP = 0x9e3779b9; // 2^32 divided by the golden ratio
+/** 2^32 divided by the golden ratio. */
+export const STEP = 0x9e3779b9;
 
 /**
- * Scatters the bits of an integer (the finaliser of MurmurHash3).
+ * Scatters the bits of an integer (the finaliser of MurmurHash3, by Appleby).
  * @param {number} value
  */
-function scatter(value) {
+export function scatter(value) {
   let bits = value >>> 0;
   bits = Math.imul(bits ^ (bits >>> 16), 0x85ebca6b);
   bits = Math.imul(bits ^ (bits >>> 13), 0xc2b2ae35);

@@ -1,8 +1,7 @@
 // The colours of the page's palette, for what is drawn on a canvas.
 
 /** Colours of actions 0 to 3: nothing, left, main, right. */
-export const ACTION_COLOURS = ["--muted", "--blue", "--orange", "--green"];
-export const ACTION_NAMES = ["nothing", "left", "main", "right"];
+const ACTION_COLOURS = ["--muted", "--blue", "--orange", "--green"];
 
 export class Palette {
   constructor() {

@@ -1,5 +1,5 @@
 // What a person tells the lander to do at each step, and its short form for a link.
-import { LEFT_ENGINE, MAIN_ENGINE, RIGHT_ENGINE } from "touchdown/scene/sprite.js";
+import { LEFT_ENGINE, MAIN_ENGINE, RIGHT_ENGINE } from "touchdown/common/actions.js";
 
 export const IDLE = 0;
 /** Commands below 4 are the lander's actions; this one leaves the action to the autopilot. */

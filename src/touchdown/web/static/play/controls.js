@@ -1,6 +1,6 @@
 // What a person holds down: keys, buttons on the screen, a gamepad.
 import { commandOf } from "touchdown/play/commands.js";
-import { LEFT_ENGINE, MAIN_ENGINE, RIGHT_ENGINE } from "touchdown/scene/sprite.js";
+import { LEFT_ENGINE, MAIN_ENGINE, RIGHT_ENGINE } from "touchdown/common/actions.js";
 
 const KEYS = /** @type {Record<string, number>} */ ({
   ArrowLeft: LEFT_ENGINE,

@@ -84,8 +84,8 @@ export class Display {
     }
     if (!this.mapped) return;
     const seen = lead.seen(step);
-    const earlier = lead.moments.slice(Math.max(step - TRAIL, 0), step + 1);
-    this.map.draw(this.mapped, seen, earlier.map((moment) => moment.observation));
+    const earlier = lead.states.slice(Math.max(step - TRAIL, 0), step + 1);
+    this.map.draw(this.mapped, seen, earlier.map((state) => state.observation));
     this.stale = !this.map.isOf(seen);
   }
 

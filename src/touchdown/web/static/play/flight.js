@@ -6,7 +6,7 @@ import { engineSettings, withFaults, withNoise } from "touchdown/play/conditions
 /** @typedef {import("touchdown/policies/policy.js").Policy} Policy */
 /** @typedef {import("touchdown/play/conditions.js").Conditions} Conditions */
 /**
- * @typedef {object} Moment the flight after a number of steps
+ * @typedef {object} FlightState the flight after a number of steps
  * @property {Float32Array} bodies [9]: hull, leg, leg, each x, y in metres, angle in radians
  * @property {Float32Array} observation [8]
  * @property {number} action that led here: what the engines did
@@ -29,9 +29,9 @@ export class Flight {
     this.conditions = conditions;
     this.autopilot = autopilot;
     this.lander = engine.newLander(engineSettings(conditions));
-    /** @type {Moment[]} after 0, 1, 2, ... steps */
-    this.moments = [];
-    /** @type {[number, number][]} x, y of the hull in metres at each moment */
+    /** @type {FlightState[]} after 0, 1, 2, ... steps */
+    this.states = [];
+    /** @type {[number, number][]} x, y of the hull in metres in each state */
     this.path = [];
     /** @type {number[]} */
     this.commands = [];
@@ -57,12 +57,12 @@ export class Flight {
 
   /**
    * @param {number} step
-   * @returns {Moment} the last one if the flight was shorter
+   * @returns {FlightState} the last one if the flight was shorter
    */
   at(step) {
-    const moment = this.moments[Math.min(step, this.steps)];
-    if (!moment) throw new RangeError(`step ${step} of ${this.steps}`);
-    return moment;
+    const state = this.states[Math.min(step, this.steps)];
+    if (!state) throw new RangeError(`step ${step} of ${this.steps}`);
+    return state;
   }
 
   /**
@@ -107,7 +107,7 @@ export class Flight {
   }
 
   reset() {
-    this.moments = [];
+    this.states = [];
     this.path = [];
     this.commands = [];
     this.outcome = null;
@@ -121,7 +121,7 @@ export class Flight {
    */
   record(observation, action) {
     const bodies = this.lander.bodies().slice();
-    this.moments.push({
+    this.states.push({
       bodies,
       observation: observation.slice(),
       action,

@@ -1,12 +1,12 @@
 // The game: a race in time, which plays, pauses, rewinds and is taken over. It draws nothing.
 import { AUTOPILOT, IDLE } from "touchdown/play/commands.js";
 import { Flight } from "touchdown/play/flight.js";
-import { STEPS_PER_SECOND } from "touchdown/scene/frame.js";
+import { STEPS_PER_SECOND } from "touchdown/common/units.js";
 import { YOU } from "touchdown/play/link.js";
 import { Race } from "touchdown/play/race.js";
 
 /** @typedef {import("touchdown/play/link.js").Setup} Setup */
-/** @typedef {import("touchdown/policies/pilots.js").Policies} Policies */
+/** @typedef {import("touchdown/policies/registry.js").Policies} Policies */
 /** @typedef {"started" | "changed" | "ended" | "handed over"} GameEvent */
 
 export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
@@ -58,7 +58,7 @@ export class Game {
   }
 
   /** Who flies the lead, in words. */
-  get pilot() {
+  get flownBy() {
     const { lead } = this.race;
     const assisted = lead.commands.includes(AUTOPILOT);
     const byHand = lead.steps > 0 ? lead.byHand : this.setup.byHand;
@@ -132,7 +132,9 @@ export class Game {
       if (this.race.over) {
         this.playing = false;
         this.onEvent("ended");
-      } else if (this.planEnds()) {
+      } else if (this.planEnded) {
+        this.engaged = this.race.planned.at(-1) === AUTOPILOT;
+        if (this.engaged) continue; // the link ends while the autopilot flies
         this.playing = false;
         this.onEvent("handed over");
       }
@@ -144,12 +146,10 @@ export class Game {
     this.race.advance(held ?? (this.engaged ? AUTOPILOT : IDLE));
   }
 
-  /** Whether a planned flight by hand stops here, so that another person can go on. */
-  planEnds() {
+  /** Whether the last planned command is flown, but the flight is not over. */
+  get planEnded() {
     const { planned, step, lead } = this.race;
-    if (planned.length === 0 || step !== planned.length || lead.over) return false;
-    this.engaged = planned.at(-1) === AUTOPILOT;
-    return !this.engaged;
+    return planned.length > 0 && step === planned.length && !lead.over;
   }
 
   /** @param {number[]} planned */

@@ -1,8 +1,8 @@
-// What a network thinks of the moments of a flight: Q(s, a) and the greedy action.
+// What a network thinks of the states of a flight: Q(s, a) and the greedy action.
 
 /** @typedef {import("touchdown/policies/policy.js").Policy} Policy */
 /** @typedef {import("touchdown/play/flight.js").Flight} Flight */
-/** @typedef {import("touchdown/play/flight.js").Moment} Moment */
+/** @typedef {import("touchdown/play/flight.js").FlightState} FlightState */
 
 export class Insight {
   /**
@@ -12,7 +12,7 @@ export class Insight {
   constructor(flight, critic) {
     this.flight = flight;
     this.critic = critic;
-    /** @type {WeakMap<Moment, Float32Array>} */
+    /** @type {WeakMap<FlightState, Float32Array>} */
     this.known = new WeakMap();
   }
 
@@ -21,12 +21,12 @@ export class Insight {
    * @param {number} step
    */
   values(step) {
-    const moment = this.flight.at(step);
-    let values = this.known.get(moment) ?? null;
+    const state = this.flight.at(step);
+    let values = this.known.get(state) ?? null;
     if (!values && this.critic?.values) {
       const scale = this.critic.rewardScale ?? 1;
       values = this.critic.values(this.flight.seen(step))?.map((value) => value / scale) ?? null;
-      if (values) this.known.set(moment, values);
+      if (values) this.known.set(state, values);
     }
     return values;
   }

@@ -20,7 +20,7 @@ import { Generator } from "touchdown/common/generator.js";
  */
 
 export const MAX_SEED = 2 ** 31 - 1;
-/** The pilot of a flight by hand. */
+/** Who flies by hand, in a link. */
 export const YOU = "you";
 const DIGITS = 1e4; // of conditions in a link
 
@@ -32,7 +32,7 @@ const DIGITS = 1e4; // of conditions in a link
 export function writeLink(setup, commands, check) {
   const { seed, byHand, autopilot, rivals, conditions } = setup;
   const fields = new URLSearchParams({ start: String(seed) });
-  fields.set("pilot", byHand ? YOU : autopilot);
+  fields.set("by", byHand ? YOU : autopilot);
   if (byHand) fields.set("autopilot", autopilot);
   for (const name of rivals) fields.append("against", name);
   for (const { name, normal } of RANGES) {
@@ -73,16 +73,16 @@ export function readLink(hash) {
   } catch {
     throw new RangeError("the flight in this link is damaged");
   }
-  const pilot = fields.get("pilot") ?? YOU;
-  const byHand = pilot === YOU;
-  const autopilot = (byHand ? fields.get("autopilot") : pilot) ?? "";
+  const by = fields.get("by") ?? YOU;
+  const byHand = by === YOU;
+  const autopilot = (byHand ? fields.get("autopilot") : by) ?? "";
   const rivals = [...new Set(fields.getAll("against"))];
   const setup = { seed, byHand, autopilot, rivals, conditions };
   return { setup, commands, check: fields.get("check") };
 }
 
 /**
- * A digest of the last moments of flights: equal only if they went the same way.
+ * A digest of the last states of flights: equal only if they went the same way.
  * @param {readonly import("touchdown/play/flight.js").Flight[]} flights
  */
 export function checkOf(flights) {

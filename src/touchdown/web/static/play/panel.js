@@ -1,4 +1,4 @@
-// The form beside the flight: pilot, rivals, start and conditions.
+// The form beside the flight: who flies, rivals, start and conditions.
 import { RANGES } from "touchdown/play/conditions.js";
 import { MAX_SEED, YOU } from "touchdown/play/link.js";
 import { RIVAL_COLOURS } from "touchdown/play/screens.js";
@@ -40,7 +40,7 @@ export class Panel {
    * @param {string[]} names
    */
   offer(names) {
-    this.fill("pilots", [YOU, ...names].map((name) => chip("radio", "pilot", name)));
+    this.fill("policies", [YOU, ...names].map((name) => chip("radio", "by", name)));
     this.fill("rivals", names.map((name) => chip("checkbox", "rival", name)));
   }
 
@@ -53,14 +53,14 @@ export class Panel {
   /** @returns {Setup} */
   read() {
     const fields = new FormData(this.form);
-    const pilot = String(fields.get("pilot") ?? YOU);
-    if (pilot !== YOU) this.autopilot = pilot;
+    const by = String(fields.get("by") ?? YOU);
+    if (by !== YOU) this.autopilot = by;
     const seed = Math.min(Math.max(Math.floor(Number(fields.get("seed"))) || 0, 0), MAX_SEED);
     const conditions = /** @type {Conditions} */ ({});
     for (const { name } of RANGES) conditions[name] = Number(fields.get(name));
     return {
       seed,
-      byHand: pilot === YOU,
+      byHand: by === YOU,
       autopilot: this.autopilot,
       rivals: fields.getAll("rival").map(String),
       conditions,
@@ -72,13 +72,13 @@ export class Panel {
     this.autopilot = setup.autopilot;
     this.set("seed", String(setup.seed));
     for (const { name } of RANGES) this.set(name, String(setup.conditions[name]));
-    const pilot = setup.byHand ? YOU : setup.autopilot;
-    const shown = setup.rivals.filter((name) => name !== pilot);
+    const by = setup.byHand ? YOU : setup.autopilot;
+    const shown = setup.rivals.filter((name) => name !== by);
     for (const input of this.form.querySelectorAll("input")) {
-      if (input.name === "pilot") input.checked = input.value === pilot;
+      if (input.name === "by") input.checked = input.value === by;
       if (input.name !== "rival") continue;
       input.checked = shown.includes(input.value);
-      input.disabled = input.value === pilot;
+      input.disabled = input.value === by;
       const colour = RIVAL_COLOURS[shown.indexOf(input.value) % RIVAL_COLOURS.length];
       input.parentElement?.style.setProperty("--dot", colour ?? "transparent");
     }

@@ -8,10 +8,10 @@ import { Game } from "touchdown/play/game.js";
 import { checkOf, readLink, writeLink } from "touchdown/play/link.js";
 import { Panel } from "touchdown/play/panel.js";
 import { element, part } from "touchdown/common/parts.js";
-import { addPolicy, makePolicies } from "touchdown/policies/pilots.js";
+import { addPolicy, makePolicies } from "touchdown/policies/registry.js";
 import { describe, ranking } from "touchdown/play/reports.js";
-import { showScores } from "touchdown/play/scoreboard.js";
-import { Scores } from "touchdown/play/scores.js";
+import { showBestFlights } from "touchdown/play/best-flights-table.js";
+import { BestFlights } from "touchdown/play/best-flights.js";
 import { copyLink } from "touchdown/play/share.js";
 import { Transport } from "touchdown/play/transport.js";
 
@@ -23,14 +23,14 @@ const DEMO_PAUSE = 2.5; // seconds between the flights that are shown until a pe
 class Playground {
   /**
    * @param {import("touchdown/engine/engine.js").Engine} engine
-   * @param {import("touchdown/policies/pilots.js").Policies} policies
+   * @param {import("touchdown/policies/registry.js").Policies} policies
    * @param {number} seed of the first start
    */
   constructor(engine, policies, seed) {
     this.names = [...policies.keys()];
     this.policies = policies;
     this.display = new Display();
-    this.scores = new Scores();
+    this.bestFlights = new BestFlights();
     this.calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.complaint = ""; // about the link
     /** Whether flights are shown until a person does something. */
@@ -55,7 +55,7 @@ class Playground {
     });
     const file = part(document, "[type=file]", HTMLInputElement);
     file.addEventListener("change", () => void this.addWeights(file));
-    showScores(element(".scores"), this.scores.list);
+    showBestFlights(element(".best"), this.bestFlights.list);
     if (!this.openLink()) this.startDemo(seed);
     requestAnimationFrame((now) => this.frame(now, now));
   }
@@ -79,8 +79,8 @@ class Playground {
       view: () => this.turnView(),
       share: () => void this.share(),
       clear: () => {
-        this.scores.clear();
-        showScores(element(".scores"), this.scores.list);
+        this.bestFlights.clear();
+        showBestFlights(element(".best"), this.bestFlights.list);
       },
     };
   }
@@ -169,7 +169,7 @@ class Playground {
       this.display.show(this.game);
       this.panel.write(this.game.setup);
     }
-    if (event === "ended" && !this.demo) this.keepScore();
+    if (event === "ended" && !this.demo) this.keepFlight();
     if (!this.demo && !this.game.playing) this.writeAddress();
     this.showHint();
     element(".after").hidden = !this.game.race.over || this.demo;
@@ -187,15 +187,17 @@ class Playground {
     return ranking(game) + (differs ? " This flight differs from the shared one." : "");
   }
 
-  keepScore() {
-    const { race, pilot, setup } = this.game;
+  keepFlight() {
+    const { race, flownBy, setup } = this.game;
     const { lead } = race;
     if (!lead.byHand || !lead.outcome || this.isShared) return;
     const { return: episodeReturn, fuel } = lead.at(lead.steps);
     const { outcome, steps } = lead;
     const link = this.link();
-    this.scores.add({ pilot, seed: setup.seed, return: episodeReturn, outcome, fuel, steps, link });
-    showScores(element(".scores"), this.scores.list);
+    this.bestFlights.add({
+      by: flownBy, seed: setup.seed, return: episodeReturn, outcome, fuel, steps, link,
+    });
+    showBestFlights(element(".best"), this.bestFlights.list);
   }
 
   /** The present flight as the part of a URL after #. */

@@ -1,5 +1,5 @@
 // The state of a race in words.
-import { signed } from "touchdown/scene/dials.js";
+import { signed } from "touchdown/common/format.js";
 import { YOU } from "touchdown/play/link.js";
 
 /** @typedef {import("touchdown/play/game.js").Game} Game */
@@ -18,7 +18,7 @@ export function describe(game) {
   if (step < lead.steps || (race.replaying && !lead.over)) {
     return "A recorded flight: press an engine to take over.";
   }
-  if (lead.over) return `${sentenceOf(lead, game.pilot)} The others are still flying.`;
+  if (lead.over) return `${sentenceOf(lead, game.flownBy)} The others are still flying.`;
   return engaged ? `${setup.autopilot} is flying: press an engine to override it.` : "You are flying.";
 }
 
@@ -26,10 +26,10 @@ export function describe(game) {
  * A race that is over, the best return first.
  * @param {Game} game
  */
-export function ranking({ race, pilot }) {
-  if (race.rivals.length === 0) return sentenceOf(race.lead, pilot);
+export function ranking({ race, flownBy }) {
+  if (race.rivals.length === 0) return sentenceOf(race.lead, flownBy);
   const results = race.flights.map((flight) => ({
-    name: flight === race.lead ? pilot : flight.name,
+    name: flight === race.lead ? flownBy : flight.name,
     outcome: flight.outcome ?? "",
     return: flight.at(flight.steps).return,
   }));
@@ -42,10 +42,10 @@ export function ranking({ race, pilot }) {
 
 /**
  * @param {import("touchdown/play/flight.js").Flight} flight that has ended
- * @param {string} pilot
+ * @param {string} flownBy
  */
-function sentenceOf(flight, pilot) {
-  const who = pilot === YOU ? "You" : pilot;
+function sentenceOf(flight, flownBy) {
+  const who = flownBy === YOU ? "You" : flownBy;
   const did = flight.outcome === "out of bounds" ? "left the screen" : flight.outcome;
   return `${who} ${did}: return ${signed(flight.at(flight.steps).return, 1)}.`;
 }

@@ -1,4 +1,5 @@
 // The pictures of a race: one with ghosts, or one for each flight.
+import { velocityOf } from "touchdown/common/units.js";
 import { SceneView } from "touchdown/scene/scene.js";
 
 /** @typedef {import("touchdown/play/game.js").Game} Game */
@@ -72,14 +73,14 @@ export class Screens {
     });
     const trail = flight.path.slice(0, step);
     trail.push([Number(bodies[0]), Number(bodies[1])]);
-    const [, , vx = 0, vy = 0, angle = 0] = now.observation;
-    const dials = { step, return: now.return, fuel: now.fuel, vx: 5 * vx, vy: 7.5 * vy, angle };
+    const angle = Number(now.observation[4]);
+    const dials = { step, return: now.return, fuel: now.fuel, angle, ...velocityOf(now.observation) };
     /** @type {Craft} */
     const craft = {
       bodies,
       engines: ended || now.action === 0 ? [] : [now.action],
       trail,
-      label: isLead ? game.pilot : flight.name,
+      label: isLead ? game.flownBy : flight.name,
       outcome: ended ? flight.outcome : null,
     };
     if (isLead || this.sideBySide) craft.dials = dials;

@@ -1,5 +1,5 @@
 // Strips under the flight, all over the same time: Q(s, a), the value gap, actions, fuel and return.
-import { signed } from "touchdown/scene/dials.js";
+import { signed } from "touchdown/common/format.js";
 import { contextOf } from "touchdown/scene/frame.js";
 import { gapOf } from "touchdown/play/insight.js";
 import { RIVAL_COLOURS } from "touchdown/play/screens.js";
@@ -42,7 +42,7 @@ export class Strips {
     const shown = Math.min(step, lead.steps);
     const last = Math.max(race.recorded, SHORTEST);
     const ink = this.palette.colour("--ink");
-    const moment = lead.at(shown);
+    const state = lead.at(shown);
     const values = insight.values(shown);
     const view = { last, until: shown, rule: this.palette.colour("--line"), ink };
     const known = (/** @type {number} */ at) => (at <= shown ? insight.values(at) : null);
@@ -68,7 +68,7 @@ export class Strips {
       [{ value: (at) => lead.at(at).fuel, colour: this.palette.colour("--red") }],
       { ...view, zero: true },
     );
-    this.say("fuel", [moment.fuel.toFixed(1)]);
+    this.say("fuel", [state.fuel.toFixed(1)]);
     const others = rivals.map((flight, i) => ({
       value: (/** @type {number} */ at) => (at <= flight.steps ? flight.at(at).return : null),
       colour: RIVAL_COLOURS[i % RIVAL_COLOURS.length] ?? ink,
@@ -78,7 +78,7 @@ export class Strips {
       [...others, { value: (at) => (at <= lead.steps ? lead.at(at).return : null), colour: ink }],
       { ...view, until: step, zero: true },
     );
-    this.say("return", [signed(moment.return, 1)]);
+    this.say("return", [signed(state.return, 1)]);
   }
 
   /**

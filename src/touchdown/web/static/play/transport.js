@@ -1,6 +1,6 @@
 // Buttons, keys and the time line: play, pause, step, rewind, speed, autopilot.
 import { needsKey } from "touchdown/play/controls.js";
-import { STEPS_PER_SECOND } from "touchdown/scene/frame.js";
+import { STEPS_PER_SECOND } from "touchdown/common/units.js";
 import { SPEEDS } from "touchdown/play/game.js";
 import { leave } from "touchdown/play/panel.js";
 import { part } from "touchdown/common/parts.js";

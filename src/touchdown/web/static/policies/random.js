@@ -1,4 +1,5 @@
 /** @import { Policy } from "touchdown/policies/policy.js" */
+import { scatter, STEP } from "touchdown/common/generator.js";
 
 /**
  * Uniform random actions. The same seed gives the same actions; an episode goes on with the stream
@@ -20,11 +21,7 @@ export class RandomPolicy {
    * @returns {number} The action.
    */
   act(_observation) {
-    // a counter whose bits are mixed by the finaliser of MurmurHash3 (Appleby)
-    this.#state = (this.#state + 0x9e3779b9) >>> 0;
-    let mixed = this.#state;
-    mixed = Math.imul(mixed ^ (mixed >>> 16), 0x85ebca6b);
-    mixed = Math.imul(mixed ^ (mixed >>> 13), 0xc2b2ae35);
-    return (mixed ^ (mixed >>> 16)) >>> 30;
+    this.#state = (this.#state + STEP) >>> 0;
+    return scatter(this.#state) >>> 30;
   }
 }

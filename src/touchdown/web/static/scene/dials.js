@@ -1,6 +1,9 @@
 // Text and dials over the picture of a flight.
+import { LEFT_ENGINE, MAIN_ENGINE, RIGHT_ENGINE } from "touchdown/common/actions.js";
+import { signed } from "touchdown/common/format.js";
+import { STEPS_PER_SECOND } from "touchdown/common/units.js";
 import { HEIGHT } from "touchdown/scene/frame.js";
-import { FLAME, LEFT_ENGINE, MAIN_ENGINE, PUFF, RIGHT_ENGINE } from "touchdown/scene/sprite.js";
+import { FLAME, PUFF } from "touchdown/scene/sprite.js";
 
 /** @typedef {import("touchdown/scene/frame.js").Frame} Frame */
 /**
@@ -19,7 +22,7 @@ import { FLAME, LEFT_ENGINE, MAIN_ENGINE, PUFF, RIGHT_ENGINE } from "touchdown/s
  * @property {number} pixelRatio pixels of the picture per pixel of the page
  */
 
-const OUTCOME_COLOURS = /** @type {Record<string, string>} */ ({
+export const OUTCOME_COLOURS = /** @type {Record<string, string>} */ ({
   landed: "rgb(94 222 160)",
   crashed: "rgb(255 112 82)",
   "out of bounds": "rgb(255 190 72)",
@@ -54,7 +57,7 @@ export function drawDials(writing, dials, engines) {
   const { frame } = writing;
   const narrow = isNarrow(writing);
   const texts = {
-    time: `${(dials.step / 50).toFixed(2)} s`,
+    time: `${(dials.step / STEPS_PER_SECOND).toFixed(2)} s`,
     return: signed(dials.return, 1),
     "fuel spent": dials.fuel.toFixed(1),
     vx: `${signed(dials.vx, 2)}${narrow ? "" : " m/s"}`,
@@ -177,15 +180,4 @@ function write(writing, text, [x, y], style) {
   }
   context.fillStyle = style.colour ?? BRIGHT;
   context.fillText(text, x * frame.scale, y * frame.scale);
-}
-
-/**
- * A number with its sign; a zero has none.
- * @param {number} value
- * @param {number} digits
- */
-export function signed(value, digits) {
-  const text = Math.abs(value).toFixed(digits);
-  if (!/[1-9]/.test(text)) return text;
-  return `${value < 0 ? "−" : "+"}${text}`;
 }

@@ -9,7 +9,6 @@ export const DASHBOARD = 5 / 3;
 export const ASPECT = WIDTH / (HEIGHT + DASHBOARD);
 /** Gymnasium's units of length per metre: the pixels of a picture 600 pixels wide. */
 export const UNITS_PER_METRE = 30;
-export const STEPS_PER_SECOND = 50;
 
 export class Frame {
   /** @param {number} width of the picture in pixels */

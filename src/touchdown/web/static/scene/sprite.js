@@ -1,13 +1,11 @@
 // Draws the lander: hull, legs and the flames of its engines.
+import { LEFT_ENGINE, MAIN_ENGINE, RIGHT_ENGINE } from "touchdown/common/actions.js";
 import { makeCanvas, UNITS_PER_METRE } from "touchdown/scene/frame.js";
 
 /** @typedef {import("touchdown/scene/frame.js").Frame} Frame */
 /** @typedef {[number, number][]} Outline in the frame of a body and Gymnasium's units */
 /** @typedef {{x: number, y: number, angle: number}} Body metres and radians */
 
-export const LEFT_ENGINE = 1;
-export const MAIN_ENGINE = 2;
-export const RIGHT_ENGINE = 3;
 /** From the outside inwards. */
 export const FLAME = ["rgb(255 112 28)", "rgb(255 190 58)", "rgb(255 250 226)"];
 export const PUFF = ["rgb(112 172 255)", "rgb(196 224 255)", "rgb(250 253 255)"];

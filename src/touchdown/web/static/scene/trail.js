@@ -1,5 +1,5 @@
 // The path that a lander has flown: its latest part is the brightest.
-import { STEPS_PER_SECOND } from "touchdown/scene/frame.js";
+import { STEPS_PER_SECOND } from "touchdown/common/units.js";
 
 /** @typedef {import("touchdown/scene/frame.js").Frame} Frame */
 

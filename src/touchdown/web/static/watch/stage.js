@@ -1,10 +1,10 @@
 // The stage: a flight on a canvas, with play, pause, a time line and speeds.
 
+import { STEPS_PER_SECOND, velocityOf } from "touchdown/common/units.js";
 import { SceneView } from "touchdown/scene/scene.js";
 
 /** @typedef {import("touchdown/watch/flight.js").Flown} Flown */
 
-const STEPS_PER_SECOND = 50;
 const HOLD = 1200; // milliseconds that the end is shown
 const SPEEDS = [0.5, 1, 2, 4, 8];
 
@@ -142,8 +142,7 @@ export class Stage {
         step,
         return: flown.returns[step] ?? 0,
         fuel: flown.fuel[step] ?? 0,
-        vx: 5 * Number(observation[2]),
-        vy: 7.5 * Number(observation[3]),
+        ...velocityOf(observation),
         angle: Number(observation[4]),
       },
       outcome: step === last ? flown.outcome : null,

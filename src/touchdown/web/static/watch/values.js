@@ -1,5 +1,6 @@
 // Q against discounted returns: along one flight, and over training.
 
+import { STEPS_PER_SECOND } from "touchdown/common/units.js";
 import { expectations, mean, returnsToGo } from "touchdown/watch/flight.js";
 import { drawPlot } from "touchdown/watch/plot.js";
 import { STARTS } from "touchdown/watch/trials.js";
@@ -18,7 +19,7 @@ export function drawAlongFlight(element, policy, flown, history, colours) {
   const settings = history.facts?.settings;
   const expected = expectations(policy, flown, settings?.reward_scale ?? 1);
   const returned = returnsToGo(flown.rewards, settings?.gamma ?? 1);
-  const seconds = flown.rewards.map((_, step) => step / 50);
+  const seconds = flown.rewards.map((_, step) => step / STEPS_PER_SECOND);
   return drawPlot(element, pair(seconds, expected, returned, colours), colours, {
     x: "seconds of the flight", y: "return points", legend: true, hovermode: "x unified",
   });

@@ -1,8 +1,8 @@
 // A person's best flights, kept by this browser.
 
 /**
- * @typedef {object} Score
- * @property {string} pilot
+ * @typedef {object} BestFlight
+ * @property {string} by
  * @property {number} seed of the start
  * @property {number} return
  * @property {string} outcome
@@ -11,24 +11,24 @@
  * @property {string} link the flight, as the part of a URL after #
  */
 
-const KEY = "touchdown-scores";
+const KEY = "touchdown-best-flights";
 const MOST = 10;
 
-export class Scores {
+export class BestFlights {
   constructor() {
     this.list = read();
   }
 
   /**
    * Adds a flight, unless it is kept already or ten were better.
-   * @param {Score} score
+   * @param {BestFlight} flight
    * @returns {boolean} whether it is among the best
    */
-  add(score) {
-    if (this.list.some((each) => each.link === score.link)) return false;
-    this.list = [...this.list, score].sort((a, b) => b.return - a.return).slice(0, MOST);
+  add(flight) {
+    if (this.list.some((each) => each.link === flight.link)) return false;
+    this.list = [...this.list, flight].sort((a, b) => b.return - a.return).slice(0, MOST);
     write(this.list);
-    return this.list.includes(score);
+    return this.list.includes(flight);
   }
 
   clear() {
@@ -37,17 +37,17 @@ export class Scores {
   }
 }
 
-/** @returns {Score[]} */
+/** @returns {BestFlight[]} */
 function read() {
   try {
     const found = JSON.parse(localStorage.getItem(KEY) ?? "[]");
-    return Array.isArray(found) ? found.filter(isScore).slice(0, MOST) : [];
+    return Array.isArray(found) ? found.filter(isBestFlight).slice(0, MOST) : [];
   } catch {
     return []; // a browser may forbid storage to a file, or another page wrote there
   }
 }
 
-/** @param {Score[]} list */
+/** @param {BestFlight[]} list */
 function write(list) {
   try {
     localStorage.setItem(KEY, JSON.stringify(list));
@@ -58,10 +58,10 @@ function write(list) {
 
 /**
  * @param {any} found
- * @returns {found is Score}
+ * @returns {found is BestFlight}
  */
-function isScore(found) {
-  const texts = [found?.pilot, found?.outcome, found?.link];
+function isBestFlight(found) {
+  const texts = [found?.by, found?.outcome, found?.link];
   const numbers = [found?.seed, found?.return, found?.fuel, found?.steps];
   return texts.every((each) => typeof each === "string") && numbers.every(Number.isFinite);
 }
