@@ -225,14 +225,17 @@ def test_the_page_from_disk_fits_the_window_and_is_readable(page, size: str, sch
 
 
 def colours_of(tab: Tab, selector: str) -> tuple[str, str]:
-    """The colours of the first such text and of what is behind it."""
-    text = tab.locator(selector).locator("visible=true").first
-    ink, behind = text.evaluate("""(element) => {
+    """The colours of the first such text that is visible and of what is behind it."""
+    # looked up in the page, which may replace an element at any time
+    found = """(selector) => {
+      const found = [...document.querySelectorAll(selector)];
+      const element = found.find((each) => each.checkVisibility());
       let behind = element;
       while (getComputedStyle(behind).backgroundColor === "rgba(0, 0, 0, 0)")
         behind = behind.parentElement;
       return [getComputedStyle(element).color, getComputedStyle(behind).backgroundColor];
-    }""")
+    }"""
+    ink, behind = tab.evaluate(found, selector)
     return ink, behind
 
 

@@ -202,8 +202,23 @@ def test_a_deleted_run_is_told_and_what_was_read_stays(changing, run, monkeypatc
         run.episodes.unlink()  # as deletion does, a file at a time
         time.sleep(0.5)
         shutil.rmtree(run.path)
+        status = ""
+        while status != "gone":  # it may be read while it is being deleted
+            told = next(messages)
+            assert told.keys() == {"run", "facts"}  # and no record begins anew
+            status = told["facts"]["status"]
+            assert told["facts"]["env_id"] == "LunarLander-v3"
+
+
+def test_a_run_whose_config_was_deleted_first_is_gone_and_what_was_read_stays(
+    changing, run, monkeypatch
+):
+    monkeypatch.setattr(records, "AT_REST_SECONDS", 0.1)
+    with changing.messages(key_of(run)) as messages:
+        collected(messages, 3)
+        run.config_file.unlink()
         told = next(messages)
-        assert told.keys() == {"run", "facts"}  # and no record begins anew
+        assert told.keys() == {"run", "facts"}
         assert (told["facts"]["status"], told["facts"]["env_id"]) == ("gone", "LunarLander-v3")
 
 

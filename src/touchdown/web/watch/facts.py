@@ -17,6 +17,9 @@ from touchdown.runs.run import Run, evaluations_of
 Status = Literal["training", "finished", "stopped", "gone", "damaged"]
 
 
+_MISSING = 0, 0  # instead of the identity of a file that is not there
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Facts:
     """A run at one time. Texts are printable, and not escaped for HTML."""
@@ -80,10 +83,13 @@ def read_facts(folder: RunFolder, label: str, group: str, before: Facts | None =
     """
     status = status_of(folder)
     facts = Facts(label=printable_line(label), group=printable_line(group), status=status)
-    if status == "gone":  # what was read before is still shown
-        return facts if before is None else replace(before, status="gone", error="")
+    if status == "gone" and before is None:
+        return facts
     try:
         config_file = _identity(folder.config_file)
+        # a folder is deleted a file at a time; what was read before is still shown
+        if before is not None and config_file == _MISSING:
+            return replace(before, status="gone", error="")
         facts = replace(facts, config_file=config_file)
         if before is None or before.settings is None or before.config_file != config_file:
             facts = _of_config(facts, folder)
@@ -106,11 +112,11 @@ def read_facts(folder: RunFolder, label: str, group: str, before: Facts | None =
 
 
 def _identity(path: Path) -> tuple[int, int]:
-    """Inode and time of change of a file; zeros if it is missing."""
+    """Inode and time of change of a file, or `_MISSING`."""
     try:
         found = path.lstat()
     except FileNotFoundError:
-        return 0, 0
+        return _MISSING
     if stat.S_ISLNK(found.st_mode):  # it may lead anywhere
         raise UnreadableError(f"{path}: is a symbolic link, must be a regular file")
     return found.st_ino, found.st_mtime_ns
