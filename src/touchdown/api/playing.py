@@ -1,12 +1,10 @@
 """Writes the playground: a page in which a person and policies fly the lander."""
 
-import contextlib
-import webbrowser
 from pathlib import Path
 
 from touchdown.api.policies import PolicyLike, find_policy
-from touchdown.core import browser as browsers
 from touchdown.core import files, reading
+from touchdown.core.browser import open_file
 from touchdown.core.errors import UserError
 from touchdown.core.seeding import check_seed
 from touchdown.policies import lookup
@@ -63,9 +61,8 @@ def play(
     named = [_page_policy(policy, Path(runs_dir)) for policy in policies]
     with files.refusing(f"out {str(path)!r}"):
         files.write_atomic(path, playground.render([*named, *offered()], seed))
-    if browser and browsers.has_display():
-        with contextlib.suppress(webbrowser.Error):
-            webbrowser.open(path.absolute().as_uri())
+    if browser:
+        open_file(path)
     return path
 
 

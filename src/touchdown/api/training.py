@@ -157,7 +157,7 @@ def resume(
 def _watched(folder: RunFolder, console: Console | None) -> Generator[None]:
     """Serve the page of a run while the block trains it; without a server it trains all the same.
 
-    Its address is told even where progress is not shown, because nobody can guess it.
+    Its address is printed even where progress is not shown, because nobody can guess it.
     """
     with ExitStack() as stack:
         try:

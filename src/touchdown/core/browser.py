@@ -33,9 +33,15 @@ def open_page(address: str | None) -> Generator[None]:
     with tempfile.TemporaryDirectory(prefix="touchdown-") as folder:
         path = Path(folder) / "open.html"
         path.write_text(_LEADS_ON.format(address=escape(address)), "utf-8")
-        with contextlib.suppress(webbrowser.Error):
-            webbrowser.open(path.as_uri())
+        open_file(path)
         yield
+
+
+def open_file(path: Path) -> None:
+    """Open a file in a browser, if there is a display."""
+    if has_display():
+        with contextlib.suppress(webbrowser.Error):
+            webbrowser.open(path.absolute().as_uri())
 
 
 def has_display() -> bool:

@@ -82,14 +82,8 @@ def open_appendable(path: Path) -> BufferedRandom:
     """
     if os.path.lexists(path):
         _size_of_regular(path, path.lstat())
-    flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | _FLAGS | _NO_LINK
-    file = os.fdopen(os.open(path, flags, 0o666), "a+b")
-    try:
-        _size_of_regular(path, os.fstat(file.fileno()))
-    except BaseException:
-        file.close()
-        raise
-    return file
+    descriptor = _open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT | _NO_LINK)
+    return os.fdopen(descriptor, "a+b")
 
 
 def open_regular(path: Path) -> BufferedReader:
@@ -100,13 +94,18 @@ def open_regular(path: Path) -> BufferedReader:
         UnreadableError: there is something that is not a regular file.
     """
     _size_of_regular(path, path.lstat())
-    file = os.fdopen(os.open(path, os.O_RDONLY | _FLAGS | _NO_LINK), "rb")
+    return os.fdopen(_open(path, os.O_RDONLY | _NO_LINK), "rb")
+
+
+def _open(path: Path, flags: int) -> int:
+    """A descriptor of a regular file; anything else is closed again and refused."""
+    descriptor = os.open(path, flags | _FLAGS, 0o666)
     try:
-        _size_of_regular(path, os.fstat(file.fileno()))
+        _size_of_regular(path, os.fstat(descriptor))
     except BaseException:
-        file.close()
+        os.close(descriptor)
         raise
-    return file
+    return descriptor
 
 
 def read_text(path: Path, most: int) -> str:

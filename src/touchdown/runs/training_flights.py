@@ -89,12 +89,19 @@ def unpack_actions(packed: bytes, steps: int) -> NDArray[np.uint8]:
     return (several & _MASK).reshape(-1)[:steps]
 
 
+def read_rows(path: Path) -> list[TrainingFlightRow]:
+    """The lines of a file; empty without the file.
+
+    Raises:
+        UserError: the file is broken.
+    """
+    return records.decode_jsonl(path, TrainingFlightRow) if path.is_file() else []
+
+
 def read_training_flights(path: Path) -> list[TrainingFlight]:
     """The training episodes in a file, in the order in which they ended; empty without the file.
 
     Raises:
         UserError: the file is broken.
     """
-    if not path.is_file():
-        return []
-    return [row.flight() for row in records.decode_jsonl(path, TrainingFlightRow)]
+    return [row.flight() for row in read_rows(path)]

@@ -1,8 +1,8 @@
 """Compares two settings over all pairs of their seeds: in most pairs, which one has more?
 
-The parameter is θ = P(one > other + shift) + ½ P(one = other + shift), against one half. A few
-failed runs lose a few pairs, whatever their numbers, so the test keeps its level on bimodal
-returns, where a comparison of means does not (`touchdown study check`).
+The parameter is θ = P(one > other + shift) + ½ P(one = other + shift), against one half. A
+failed run loses its pairs, but how low its return is makes no difference. So the test keeps its
+error rate on bimodal returns, where a comparison of means does not (`touchdown study check`).
 """
 
 import bisect

@@ -35,7 +35,7 @@ class PagePolicy:
     """Of a network, as a safetensors file."""
 
     def to_json(self) -> dict[str, Any]:
-        """What the page's script is told; weights are a file of the page."""
+        """The description for the page's script; weights are embedded as a file."""
         described: dict[str, Any] = {"name": self.name, "kind": self.kind}
         if self.gains is not None:
             described["gains"] = self.gains

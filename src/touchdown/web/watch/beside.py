@@ -104,7 +104,7 @@ class _Ending:
 
 
 def _main(folder: RunFolder) -> None:
-    from touchdown.web.watch.serving import Server  # noqa: PLC0415 - an error is told below
+    from touchdown.web.watch.serving import Server  # noqa: PLC0415 - errors are reported below
     from touchdown.web.watch.shelf import Shelf, key_of  # noqa: PLC0415 - as above
 
     server = Server(Shelf(folder.path.parent, [folder]))

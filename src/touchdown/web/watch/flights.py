@@ -9,10 +9,9 @@ import msgspec
 from touchdown.core import limits
 from touchdown.core.errors import UserError
 from touchdown.core.reading import read_bytes
-from touchdown.core.records import decode_jsonl
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.over_training import path_at
-from touchdown.runs.training_flights import TrainingFlightRow
+from touchdown.runs.training_flights import TrainingFlightRow, read_rows
 
 BEST = "best"
 """Stands for the number of environment steps of the best policy."""
@@ -69,10 +68,9 @@ def read_episodes(folder: RunFolder) -> list[dict[str, Any]]:
 
 def _rows(folder: RunFolder) -> list[TrainingFlightRow]:
     path = folder.training_flights
-    if not path.is_file():
-        return []
-    _check_inside(folder, path)
-    return decode_jsonl(path, TrainingFlightRow)
+    if path.is_file():
+        _check_inside(folder, path)
+    return read_rows(path)
 
 
 def _check_inside(folder: RunFolder, path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Serves the pages on 127.0.0.1 until it is told to stop."""
+"""Serves the pages on 127.0.0.1 until it is stopped."""
 
 import asyncio
 import os

@@ -1,5 +1,7 @@
 // The colours of the page's palette, for what is drawn on a canvas.
 
+import { onTheme } from "touchdown/common/theme.js";
+
 /** Colours of actions 0 to 3: nothing, left, main, right. */
 const ACTION_COLOURS = ["--muted", "--blue", "--orange", "--green"];
 
@@ -10,9 +12,7 @@ export class Palette {
     document.body.append(this.probe);
     /** @type {Map<string, string>} */
     this.known = new Map();
-    const forget = () => this.known.clear();
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", forget);
-    new MutationObserver(forget).observe(document.documentElement, { attributes: true });
+    onTheme(() => this.known.clear());
   }
 
   /**

@@ -167,9 +167,8 @@ export class Lander {
   }
 
   /**
-   * Continue from a snapshot, to the last bit. The episode goes on with the settings that it began
-   * with; those of this lander are used from its next reset on. Nothing changes if the snapshot is
-   * refused.
+   * Restore a snapshot exactly. The episode keeps the settings that it began with; this lander's own
+   * settings apply from its next reset on. Nothing changes if the snapshot is refused.
    *
    * @param {Uint8Array} snapshot
    * @throws {Error} It is not a snapshot of this version of the engine, or it is damaged.

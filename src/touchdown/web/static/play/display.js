@@ -2,6 +2,7 @@
 import { ActionMap, MAPS } from "touchdown/play/action-map.js";
 import { Insight } from "touchdown/play/insight.js";
 import { Palette } from "touchdown/common/palette.js";
+import { onTheme } from "touchdown/common/theme.js";
 import { leave } from "touchdown/play/panel.js";
 import { Screens } from "touchdown/play/screens.js";
 import { Strips } from "touchdown/play/strips.js";
@@ -29,9 +30,8 @@ export class Display {
     /** Whether the scene is in sight. */
     this.visible = true;
     const outdate = () => (this.stale = true);
-    new MutationObserver(outdate).observe(document.documentElement, { attributes: true });
+    onTheme(outdate);
     addEventListener("resize", outdate);
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", outdate);
     new IntersectionObserver(([entry]) => {
       this.visible = entry?.isIntersecting ?? true;
     }).observe(element(".scenes"));

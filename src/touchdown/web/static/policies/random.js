@@ -2,8 +2,8 @@
 import { scatter, STEP } from "touchdown/common/generator.js";
 
 /**
- * Uniform random actions. The same seed gives the same actions; an episode goes on with the stream
- * of the one before.
+ * Uniform random actions. The same seed gives the same actions; a new episode continues the random
+ * stream.
  *
  * @implements {Policy}
  */

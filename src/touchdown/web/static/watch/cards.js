@@ -1,16 +1,11 @@
 // One card for each run: its state and its numbers. They are also the legend of the charts.
 
+import { number } from "touchdown/common/format.js";
 import { rowsOfWindow } from "touchdown/watch/history.js";
+import { stateName } from "touchdown/watch/states.js";
 
 /** @typedef {import("touchdown/watch/history.js").RunHistory} RunHistory */
 
-const STATES = {
-  training: "training",
-  finished: "finished",
-  stopped: "stopped",
-  gone: "deleted",
-  damaged: "damaged",
-};
 const MANY = 6; // cards, which are then small
 
 /**
@@ -37,7 +32,7 @@ function card(history, colour) {
   title.className = "name";
   title.append(tag("strong", history.label));
   if (facts) {
-    const badge = tag("span", STATES[facts.status]);
+    const badge = tag("span", stateName(facts.status));
     badge.className = `badge ${facts.status}`;
     title.append(badge, note([facts.group, facts.env_id, `seed ${facts.seed}`]));
   } else {
@@ -97,11 +92,6 @@ function progressOf(/** @type {RunHistory} */ history) {
   const episode = history.episodes.get("episode")[count - 1];
   const bySteps = settings.max_env_steps ? steps / settings.max_env_steps : 0;
   return Math.min(1, Math.max(bySteps, episode / settings.episodes));
-}
-
-/** @param {number} value @param {number} digits */
-export function number(value, digits = 0) {
-  return value.toLocaleString("en", { minimumFractionDigits: digits, maximumFractionDigits: digits });
 }
 
 /** Seconds as m:ss or h:mm:ss. */

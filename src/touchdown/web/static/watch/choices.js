@@ -1,7 +1,7 @@
 // The buttons of the film: the first flights with an outcome, and the starts. Each stays the same
 // element while what it says changes, so that neither a click nor the keyboard's focus is lost.
 
-import { number } from "touchdown/watch/cards.js";
+import { number } from "touchdown/common/format.js";
 import { STARTS } from "touchdown/watch/trials.js";
 
 /** @typedef {import("touchdown/watch/trials.js").Trials} Trials */

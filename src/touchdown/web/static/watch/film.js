@@ -2,7 +2,7 @@
 // episodes as they were.
 
 import { part } from "touchdown/common/parts.js";
-import { number } from "touchdown/watch/cards.js";
+import { number } from "touchdown/common/format.js";
 import { Marks, Starts } from "touchdown/watch/choices.js";
 import { replay } from "touchdown/watch/flight.js";
 import { NetworkView } from "touchdown/watch/network-view.js";

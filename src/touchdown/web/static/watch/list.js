@@ -1,6 +1,7 @@
 // The list of runs: choose one, or several to see side by side.
 
 import { readData } from "touchdown/common/data.js";
+import { stateName } from "touchdown/watch/states.js";
 
 /** @typedef {{key: string, label: string, group: string, status: string, changed: number}} Listed */
 /**
@@ -10,9 +11,6 @@ import { readData } from "touchdown/common/data.js";
 /** @typedef {{box: HTMLElement, head: HTMLElement[], members: Listed[]}} Group */
 
 const PAUSE = 3000; // milliseconds between two readings
-
-/** @type {Record<string, string>} */
-const STATES = { training: "training", finished: "finished", stopped: "stopped", gone: "deleted" };
 
 export function start() {
   /** @type {Set<string>} */
@@ -122,7 +120,7 @@ function showRun({ tick, link, badge, when }, run, isChosen) {
   tick.setAttribute("aria-label", `choose ${run.label}`);
   link.textContent = run.label;
   badge.className = `badge ${run.status}`;
-  badge.textContent = STATES[run.status] ?? run.status;
+  badge.textContent = stateName(run.status);
   when.textContent = ago(run.changed);
 }
 

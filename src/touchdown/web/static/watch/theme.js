@@ -19,13 +19,6 @@ export function readColours() {
   return found;
 }
 
-/** Calls a function whenever light turns to dark or back. */
-export function onTheme(/** @type {() => void} */ changed) {
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", changed);
-  const attributes = { attributes: true, attributeFilter: ["data-theme"] };
-  new MutationObserver(changed).observe(document.documentElement, attributes);
-}
-
 /** The colour of an outcome. */
 export function outcomeColour(/** @type {Colours} */ colours, /** @type {string} */ outcome) {
   if (outcome === "landed") return colours.green;

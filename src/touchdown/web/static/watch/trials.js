@@ -22,7 +22,7 @@ import { expectations, flyPolicy, mean, returnsToGo } from "touchdown/watch/flig
 export const STARTS = [1_000_000, 1_000_001, 1_000_002, 1_000_003, 1_000_004];
 
 /** Stands for the best policy so far, of a run that saved no others. */
-export const BEST = -1;
+const BEST = -1;
 
 /** What a policy is called. @param {number} policy */
 export function policyName(policy) {

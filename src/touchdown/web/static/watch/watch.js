@@ -6,7 +6,8 @@ import { Films } from "touchdown/watch/films.js";
 import { RunHistory } from "touchdown/watch/history.js";
 import { onClick } from "touchdown/watch/plot.js";
 import { openSource } from "touchdown/watch/source.js";
-import { groupColour, MOST_COLOURS, onTheme, readColours } from "touchdown/watch/theme.js";
+import { onTheme } from "touchdown/common/theme.js";
+import { groupColour, MOST_COLOURS, readColours } from "touchdown/watch/theme.js";
 
 /** @typedef {import("touchdown/watch/source.js").Connection} Connection */
 
