@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "engine/batch.hpp"
@@ -44,6 +46,23 @@ struct Acting {
   float* q;             // [N][A]
   const BitGenerator& exploration;
 };
+
+// What a loop's parts have for acting.
+template <typename Parts>
+Acting acting_of(const Parts& parts) {
+  return {.environments = parts.environments,
+          .episodes = parts.episodes,
+          .params = parts.learner.online,
+          .q = parts.q,
+          .exploration = parts.exploration};
+}
+
+// Refuses an action that the network does not have; `what` has it.
+inline void check_action(std::int32_t action, int num_actions, const char* what) {
+  if (action >= 0 && action < num_actions) return;
+  throw std::invalid_argument(std::string(what) + " has action " + std::to_string(action) +
+                              ": must be from 0 to " + std::to_string(num_actions - 1));
+}
 
 // What followed a step.
 struct Learnt {

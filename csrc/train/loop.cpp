@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <stdexcept>
-#include <string>
 
 #include "fused/kernel.hpp"
 #include "train/averaging.hpp"
@@ -13,11 +11,7 @@ namespace touchdown::train {
 
 std::optional<fused::Metrics> Loop::advance(const Parts& parts, std::int64_t max_steps,
                                             Counts& counts) {
-  const Acting acting{.environments = parts.environments,
-                      .episodes = parts.episodes,
-                      .params = parts.learner.online,
-                      .q = parts.q,
-                      .exploration = parts.exploration};
+  const Acting acting = acting_of(parts);
   return interaction_.advance(
       acting, max_steps, counts,
       [&](std::size_t i, bool truncated) { store(parts, acting, i, truncated, counts); },
@@ -121,10 +115,7 @@ fused::Metrics Loop::update(const Parts& parts, std::int64_t count, Counts& coun
   const fused::Samples packed =
       fused::packed_samples(parts.memory.records, network_.num_observations);
   draw(parts, packed, count, counts);
-  rates_.resize(static_cast<std::size_t>(count));
-  for (std::int64_t k = 0; k < count; ++k) {
-    rates_[static_cast<std::size_t>(k)] = learning_rate_after(settings_, counts.adam_updates + k);
-  }
+  learning_rates_after(settings_, counts.adam_updates, static_cast<std::size_t>(count), rates_);
   td_error_.resize(order_.size());
   fused::Samples samples = packed;
   samples.order = order_.data();
@@ -154,9 +145,7 @@ fused::Metrics Loop::update(const Parts& parts, std::int64_t count, Counts& coun
 }
 
 void Loop::need_action(std::int32_t action) const {
-  if (action >= 0 && action < network_.num_actions) return;
-  throw std::invalid_argument("a stored transition has action " + std::to_string(action) +
-                              ": must be from 0 to " + std::to_string(network_.num_actions - 1));
+  check_action(action, network_.num_actions, "a stored transition");
 }
 
 void Loop::draw(const Parts& parts, const fused::Samples& packed, std::int64_t count,

@@ -4,8 +4,6 @@
 #include <array>
 #include <cmath>
 #include <span>
-#include <stdexcept>
-#include <string>
 
 #include "fused/kernel.hpp"
 #include "train/averaging.hpp"
@@ -20,11 +18,7 @@ float largest_of(const float* values, int count) { return values[greedy_action(v
 
 std::optional<fused::Metrics> PqnLoop::advance(const PqnParts& parts, std::int64_t max_steps,
                                                Counts& counts) {
-  const Acting acting{.environments = parts.environments,
-                      .episodes = parts.episodes,
-                      .params = parts.learner.online,
-                      .q = parts.q,
-                      .exploration = parts.exploration};
+  const Acting acting = acting_of(parts);
   return interaction_.advance(
       acting, max_steps, counts,
       [&](std::size_t i, bool truncated) { store(parts, i, truncated, counts); },
@@ -72,9 +66,7 @@ std::size_t PqnLoop::num_stored(const PqnParts& parts) const {
 void PqnLoop::check_actions(const PqnParts& parts) const {
   const std::span<const std::int32_t> actions{parts.rollout.a_tm1, num_stored(parts)};
   for (const std::int32_t action : actions) {
-    if (action >= 0 && action < network_.num_actions) continue;
-    throw std::invalid_argument("a step of the rollout has action " + std::to_string(action) +
-                                ": must be from 0 to " + std::to_string(network_.num_actions - 1));
+    check_action(action, network_.num_actions, "a step of the rollout");
   }
 }
 
@@ -140,10 +132,7 @@ fused::Metrics PqnLoop::fit(const PqnParts& parts, Counts& counts) {
   const RolloutSteps& rollout = parts.rollout;
   const auto count = static_cast<std::size_t>(settings_.rollout.epochs) *
                      static_cast<std::size_t>(settings_.rollout.minibatches);
-  rates_.resize(count);
-  for (std::size_t k = 0; k < count; ++k) {
-    rates_[k] = learning_rate_after(settings_, counts.adam_updates + static_cast<std::int64_t>(k));
-  }
+  learning_rates_after(settings_, counts.adam_updates, count, rates_);
   td_error_.resize(order_.size());
   fused::Samples samples;
   samples.o_tm1 = rollout.o_tm1;

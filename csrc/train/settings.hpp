@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <vector>
 
 #include "fused/learning.hpp"
 #include "train/priorities.hpp"
@@ -86,6 +87,13 @@ inline float learning_rate_after(const Settings& settings, std::int64_t updates)
                 static_cast<double>(settings.learning_rate_duration);
   const double fall = settings.learning_rate - settings.learning_rate_end;
   return static_cast<float>(settings.learning_rate_end + fall * left);
+}
+
+// The learning rates of `count` updates, the first of which `updates` came before.
+inline void learning_rates_after(const Settings& settings, std::int64_t updates, std::size_t count,
+                                 std::vector<float>& rates) {
+  rates.resize(count);
+  for (float& rate : rates) rate = learning_rate_after(settings, updates++);
 }
 
 }  // namespace touchdown::train

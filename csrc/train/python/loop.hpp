@@ -114,6 +114,28 @@ inline void check_learner(const LearnerArrays& learner, const fused::Network& ne
   if (learner.average) need(learner.average->shape(0), size, "average");
 }
 
+// Checks what the loops have in common, and that the batch is at rest.
+inline void check_shared(engine::Batch& batch, const Settings& settings, std::int64_t max_steps,
+                         const Counts& counts, const PoolArrays& pool,
+                         const EpisodeArrays& episodes) {
+  need_least(max_steps, 0, "max_steps");
+  set_tasks(batch, std::nullopt);
+  check_counts(counts);
+  check_pool(batch, pool);
+  check_episodes(batch, episodes, pool, settings.max_episode_steps, batch.landers.size());
+}
+
+inline fused::Learner learner_of(const LearnerArrays& arrays) {
+  return {.online = arrays.online.data(),
+          .target = arrays.target ? arrays.target->data() : nullptr,
+          .mu = arrays.mu.data(),
+          .nu = arrays.nu.data()};
+}
+
+inline float* average_of(const LearnerArrays& arrays) {
+  return arrays.average ? arrays.average->data() : nullptr;
+}
+
 inline void need_average(const LearnerArrays& learner, const Settings& settings) {
   if (settings.averaging > 0.0 && !learner.average) refuse("average = None: must be given");
 }
@@ -150,12 +172,7 @@ class PythonLoop {
                                       const LearnerArrays& learner, const Matrix<float>& q) {
     need_idle(batch_);
     const engine::Stepping stepping(batch_);
-    need_least(max_steps, 0, "max_steps");
-    set_tasks(batch_, std::nullopt);
-    check_counts(counts);
-    check_pool(batch_, pool);
-    check_episodes(batch_, episodes, pool, loop_.settings().max_episode_steps,
-                   batch_.landers.size());
+    check_shared(batch_, loop_.settings(), max_steps, counts, pool, episodes);
     check(windows);
     check(learner);
     check_values(batch_, q);
@@ -180,11 +197,8 @@ class PythonLoop {
                                  .num_observations = engine::kObservationSize},
                       .priorities = {.nodes = priorities ? priorities->data() : nullptr,
                                      .first_leaf = first_leaf},
-                      .learner = {.online = learner.online.data(),
-                                  .target = learner.target ? learner.target->data() : nullptr,
-                                  .mu = learner.mu.data(),
-                                  .nu = learner.nu.data()},
-                      .average = learner.average ? learner.average->data() : nullptr,
+                      .learner = learner_of(learner),
+                      .average = average_of(learner),
                       .q = q.data(),
                       .exploration = exploration_,
                       .replay = replay_};

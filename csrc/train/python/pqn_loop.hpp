@@ -65,17 +65,12 @@ class PythonPqnLoop {
                                       const Matrix<float>& q) {
     need_idle(batch_);
     const engine::Stepping stepping(batch_);
-    need_least(max_steps, 0, "max_steps");
-    set_tasks(batch_, std::nullopt);
-    check_counts(counts);
+    check_shared(batch_, loop_.settings(), max_steps, counts, pool, episodes);
     const std::int64_t num_steps = loop_.settings().rollout.rollout_steps;
     if (counts.filled < 0 || counts.filled >= num_steps) {
       refuse("filled = " + std::to_string(counts.filled) + ": must be from 0 to " +
              std::to_string(num_steps - 1));
     }
-    check_pool(batch_, pool);
-    check_episodes(batch_, episodes, pool, loop_.settings().max_episode_steps,
-                   batch_.landers.size());
     check_part(rollout.o_tm1, "o_tm1 of the rollout");
     check_part(rollout.a_tm1, "a_tm1 of the rollout");
     check_part(rollout.r_t, "r_t of the rollout");
@@ -93,10 +88,8 @@ class PythonPqnLoop {
                                      .o_t = rollout.o_t.data(),
                                      .terminated = rollout.terminated.data(),
                                      .truncated = rollout.truncated.data()},
-                         .learner = {.online = learner.online.data(),
-                                     .mu = learner.mu.data(),
-                                     .nu = learner.nu.data()},
-                         .average = learner.average ? learner.average->data() : nullptr,
+                         .learner = learner_of(learner),
+                         .average = average_of(learner),
                          .q = q.data(),
                          .exploration = exploration_,
                          .replay = replay_};

@@ -16,7 +16,6 @@ from touchdown.core.records import Count
 from touchdown.core.seeding import Streams
 from touchdown.core.types import FloatArray, IntArray, Spaces, StepResult
 from touchdown.replay import n_step
-from touchdown.replay.mirrored import mirror_of
 from touchdown.replay.n_step import NStep
 from touchdown.replay.priorities import Proportional
 from touchdown.replay.replay import Replay, Sample
@@ -40,7 +39,6 @@ class DQNAgent(LearnerAgent):
 
     def __init__(self, config: Config, spaces: Spaces, streams: Streams, learner: Learner) -> None:
         super().__init__(config, spaces, streams, learner)
-        self.mirror = mirror_of(config, spaces)
         self.replay = Replay(
             config.replay.capacity,
             spaces.observation_size,

@@ -11,6 +11,7 @@ from touchdown.agents.learners.learner import Learner, Metrics, check_tensors
 from touchdown.config.config import Config
 from touchdown.core.seeding import Streams
 from touchdown.core.types import FloatArray, Policy, Spaces, Tensors
+from touchdown.replay.mirrored import mirror_of
 
 
 class LearnerAgent(ActingAgent):
@@ -28,6 +29,8 @@ class LearnerAgent(ActingAgent):
         self._config = config
         self._rng = streams.replay
         self.learner = learner
+        self.mirror = mirror_of(config, spaces)
+        """The symmetry whose images it learns from; None if the config asks for none."""
         self.average: NDArray[np.float32] | None = None
         """The average of the online weights, [P]; None if the config asks for none."""
         if config.learning.averaging:

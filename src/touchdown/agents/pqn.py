@@ -17,7 +17,7 @@ from touchdown.core import records
 from touchdown.core.records import Count
 from touchdown.core.seeding import Streams
 from touchdown.core.types import FloatArray, IntArray, Spaces, StepResult
-from touchdown.replay.mirrored import Mirrored, mirror_of
+from touchdown.replay.mirrored import Mirrored
 
 
 class PQNAgent(LearnerAgent):
@@ -45,8 +45,7 @@ class PQNAgent(LearnerAgent):
         """The current rollout, in arrays of NumPy."""
         self.num_filled = 0
         """Its steps so far."""
-        self.mirror = mirror_of(config, spaces)
-        self._mirrored = self.mirror and Mirrored(self.mirror)
+        self._mirrored = None if self.mirror is None else Mirrored(self.mirror)
 
     def act(self, observations: FloatArray) -> IntArray:
         """ε-greedy actions: [N, D] to [N]."""

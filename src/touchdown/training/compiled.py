@@ -17,13 +17,7 @@ from touchdown.envs.pool import ExactEnvPool
 from touchdown.lander import rules
 from touchdown.replay.n_step import Windows
 from touchdown.training.arrays import episode_arrays, pool_arrays
-from touchdown.training.compiled_steps import (
-    MetricsTuple,
-    SharedCounts,
-    compiled_steps,
-    fused_learner,
-    settings_of,
-)
+from touchdown.training.compiled_steps import MetricsTuple, Shared, settings_of
 from touchdown.training.loop import AgentStep
 
 # settings that have one name in a config and in C++, by section
@@ -54,46 +48,29 @@ class CompiledLoop:
     def __init__(
         self, agent: DQNAgent, pool: ExactEnvPool, streams: Streams, config: Config
     ) -> None:
-        from touchdown.training import _train  # noqa: PLC0415 - if it was built
-
-        self._agent, self._learner, self._pool = agent, fused_learner(agent), pool
-        bit_generators = (streams.exploration.bit_generator, streams.replay.bit_generator)
-        self._locks = [each.lock for each in bit_generators]
-        self._loop = _train.Loop(
-            pool.batch,
-            *bit_generators,
-            settings_of(config, _SETTINGS),
-            self._learner.model.perceptron.network,
-            agent.mirror,
-        )
-        self._module = _train
-        self._shared = SharedCounts(agent, len(pool.actions))
+        self._agent, self._pool = agent, pool
+        self._shared = Shared(agent, pool, streams)
+        settings = settings_of(config, _SETTINGS)
+        self._loop = self._shared.make(self._shared.module.Loop, settings)
         learning = config.learning
         self._waits = learning.n_step > 1 or learning.target == "sarsa"
-        """Whether a step is in no transition before the next one."""
+        """Whether a step can be stored only after a later one."""
         self._windows = Windows.empty(len(pool.actions), learning.n_step, rules.OBSERVATION_SIZE)
 
     def interact(self, start_of: Callable[[int], int], underway: Underway) -> Iterator[AgentStep]:
-        """The steps of `loop.interact`, of which only some are yielded; see `compiled_steps`.
+        """The steps of `loop.interact`, of which only some are yielded; see `Shared.steps`.
 
         Args:
             start_of: the environment seed of an episode, by its number.
             underway: the current episode in each environment, updated before each step is yielded.
         """
-        return compiled_steps(
-            self._agent,
-            self._pool,
-            start_of,
-            underway,
-            lambda max_steps: self._advance(max_steps, underway),
-            self._shared.counts,
+        return self._shared.steps(
+            start_of, underway, lambda max_steps: self._advance(max_steps, underway)
         )
 
     def _advance(self, max_steps: int, underway: Underway) -> MetricsTuple | None:
         """Take steps in C++, from and to the state that the Python objects have."""
         ring, shared, counts = self._agent.replay.ring, self._shared, self._shared.counts
-        state, arrays = self._learner.state, self._module
-        shared.read()
         counts.added = ring.added
         if self._waits:
             self._windows.read(self._agent.n_steps)
@@ -101,29 +78,21 @@ class CompiledLoop:
         if priorities is not None:
             counts.max_priority = priorities.max_priority
             counts.num_batches = priorities.num_batches
-        exploration_lock, replay_lock = self._locks
-        with exploration_lock, replay_lock:
+        with shared.lent():
             metrics = self._loop.advance(
                 max_steps,
                 counts,
                 pool_arrays(self._pool),
                 episode_arrays(underway),
-                arrays.WindowArrays(*self._windows),
+                shared.module.WindowArrays(*self._windows),
                 ring.storage.view(np.float32).reshape(ring.capacity, -1),
                 None if priorities is None else priorities.nodes,
-                arrays.LearnerArrays(
-                    state.online_params,
-                    state.target_params,
-                    state.mu,
-                    state.nu,
-                    self._agent.average,
-                ),
+                shared.learner_arrays(),
                 shared.next_q,
             )
         if priorities is not None:
             priorities.max_priority = counts.max_priority
             priorities.num_batches = counts.num_batches
-        shared.write()
         if self._waits:
             self._windows.write(self._agent.n_steps, underway.observations)
         ring.wrote(counts.added - ring.added)

@@ -12,13 +12,7 @@ from touchdown.core.seeding import Streams
 from touchdown.envs.episodes import Underway
 from touchdown.envs.pool import ExactEnvPool
 from touchdown.training.arrays import episode_arrays, pool_arrays
-from touchdown.training.compiled_steps import (
-    MetricsTuple,
-    SharedCounts,
-    compiled_steps,
-    fused_learner,
-    settings_of,
-)
+from touchdown.training.compiled_steps import MetricsTuple, Shared, settings_of
 from touchdown.training.loop import AgentStep
 
 # settings that have one name in a config and in C++, by section
@@ -44,53 +38,35 @@ class CompiledPQN:
     def __init__(
         self, agent: PQNAgent, pool: ExactEnvPool, streams: Streams, config: Config
     ) -> None:
-        from touchdown.training import _train  # noqa: PLC0415 - if it was built
-
-        self._agent, self._learner, self._pool = agent, fused_learner(agent), pool
-        bit_generators = (streams.exploration.bit_generator, streams.replay.bit_generator)
-        self._locks = [each.lock for each in bit_generators]
-        self._loop = _train.PqnLoop(
-            pool.batch,
-            *bit_generators,
-            settings_of(config, _SETTINGS),
-            self._learner.model.perceptron.network,
-            agent.mirror,
-        )
-        self._module = _train
-        self._shared = SharedCounts(agent, len(pool.actions))
+        self._agent, self._pool = agent, pool
+        self._shared = Shared(agent, pool, streams)
+        settings = settings_of(config, _SETTINGS)
+        self._loop = self._shared.make(self._shared.module.PqnLoop, settings)
 
     def interact(self, start_of: Callable[[int], int], underway: Underway) -> Iterator[AgentStep]:
-        """The steps of `loop.interact`, of which only some are yielded; see `compiled_steps`.
+        """The steps of `loop.interact`, of which only some are yielded; see `Shared.steps`.
 
         Args:
             start_of: the environment seed of an episode, by its number.
             underway: the current episode in each environment, updated before each step is yielded.
         """
-        return compiled_steps(
-            self._agent,
-            self._pool,
-            start_of,
-            underway,
-            lambda max_steps: self._advance(max_steps, underway),
-            self._shared.counts,
+        return self._shared.steps(
+            start_of, underway, lambda max_steps: self._advance(max_steps, underway)
         )
 
     def _advance(self, max_steps: int, underway: Underway) -> MetricsTuple | None:
         """Take steps in C++, from and to the state that the Python objects have."""
-        agent, shared, state, arrays = self._agent, self._shared, self._learner.state, self._module
-        shared.read()
+        agent, shared = self._agent, self._shared
         shared.counts.filled = agent.num_filled
-        exploration_lock, replay_lock = self._locks
-        with exploration_lock, replay_lock:
+        with shared.lent():
             metrics = self._loop.advance(
                 max_steps,
                 shared.counts,
                 pool_arrays(self._pool),
                 episode_arrays(underway),
-                arrays.RolloutArrays(*agent.rollout),
-                arrays.LearnerArrays(state.online_params, None, state.mu, state.nu, agent.average),
+                shared.module.RolloutArrays(*agent.rollout),
+                shared.learner_arrays(),
                 shared.next_q,
             )
         agent.num_filled = shared.counts.filled
-        shared.write()
         return metrics

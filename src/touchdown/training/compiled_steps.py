@@ -1,7 +1,8 @@
-"""What the compiled loops share: their settings and counts, and the steps that they yield."""
+"""What the compiled loops share: their settings, counts and arrays, and the steps they yield."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from touchdown.agents.learner_agent import LearnerAgent
 from touchdown.agents.learners.fused import FusedLearner
 from touchdown.agents.learners.learner import Metrics
 from touchdown.config.config import Config
+from touchdown.core.seeding import Streams
 from touchdown.envs.episodes import Underway
 from touchdown.envs.pool import ExactEnvPool
 from touchdown.lander import rules
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
     from touchdown.training import _train
 
 MetricsTuple = tuple[float, float, float, float]
+Loop = TypeVar("Loop")
 
 _EXPLORATION = ("schedule", "epsilon_start", "epsilon_end", "epsilon_decay", "epsilon_duration")
 
@@ -44,7 +47,7 @@ def settings_of(config: Config, names: Mapping[str, Sequence[str]]) -> "_train.S
     return settings
 
 
-def fused_learner(agent: LearnerAgent) -> FusedLearner:
+def _fused_learner(agent: LearnerAgent) -> FusedLearner:
     """The learner of an agent.
 
     Raises:
@@ -55,26 +58,93 @@ def fused_learner(agent: LearnerAgent) -> FusedLearner:
     return agent.learner
 
 
-class SharedCounts:
-    """An agent's counts and its values for the next actions, as C++ has them.
+class Shared:
+    """What Python's objects and a loop in C++ have in common, whatever the agent's algorithm.
 
     Args:
-        agent: the agent.
-        num_envs: N.
+        agent: acts and learns; its learner is a `FusedLearner`.
+        pool: the environments.
+        streams: the agent's random generators.
+
+    Raises:
+        TypeError: the agent has another learner.
     """
 
-    def __init__(self, agent: LearnerAgent, num_envs: int) -> None:
+    def __init__(self, agent: LearnerAgent, pool: ExactEnvPool, streams: Streams) -> None:
         from touchdown.training import _train  # noqa: PLC0415 - if it was built
 
-        self._actor = agent.actor
-        self._learner = fused_learner(agent)
+        self.module = _train
         self.counts = _train.Counts()
-        self.next_q = np.zeros((num_envs, rules.NUM_ACTIONS), np.float32)
-        """[N, A]"""
+        """The agent's counts, as C++ has them."""
+        self.next_q = np.zeros((len(pool.actions), rules.NUM_ACTIONS), np.float32)
+        """Its values for the next actions, [N, A]."""
+        self._agent, self._learner, self._pool = agent, _fused_learner(agent), pool
+        self._generators = streams.exploration.bit_generator, streams.replay.bit_generator
 
-    def read(self) -> None:
-        """Copy them from the agent."""
-        actor, counts = self._actor, self.counts
+    def make(self, kind: Callable[..., Loop], settings: "_train.Settings") -> Loop:
+        """A loop in C++ of these environments, generators and network.
+
+        Args:
+            kind: `_train.Loop` or `_train.PqnLoop`.
+            settings: its settings.
+        """
+        network = self._learner.model.perceptron.network
+        return kind(self._pool.batch, *self._generators, settings, network, self._agent.mirror)
+
+    def learner_arrays(self) -> "_train.LearnerArrays":
+        """The parameters and their moments, which C++ writes to."""
+        state = self._learner.state
+        return self.module.LearnerArrays(
+            state.online_params, state.target_params, state.mu, state.nu, self._agent.average
+        )
+
+    @contextmanager
+    def lent(self) -> Generator[None]:
+        """Lend them, and the generators, to C++ while the block runs; take them back after it."""
+        self._read()
+        exploration, replay = self._generators
+        with exploration.lock, replay.lock:
+            yield
+        self._write()
+
+    def steps(
+        self,
+        start_of: Callable[[int], int],
+        underway: Underway,
+        advance: Callable[[int], MetricsTuple | None],
+    ) -> Iterator[AgentStep]:
+        """The steps of `loop.interact`, of which only some are yielded, endless.
+
+        Those are the steps that ended an episode or completed a metrics period, and those after
+        which the episode of environment 0 has a multiple of `STEPS_BETWEEN_LOOKS` steps.
+
+        Args:
+            start_of: the environment seed of an episode, by its number.
+            underway: the current episode in each environment, updated before each step is yielded.
+            advance: takes at most that many steps in C++; see `_train.Loop.advance`.
+        """
+        agent, pool = self._agent, self._pool
+        every_env = np.arange(len(pool.actions))
+        while True:
+            before = agent.env_steps
+            left = STEPS_BETWEEN_LOOKS - int(underway.steps[0]) % STEPS_BETWEEN_LOOKS
+            metrics = advance(left)
+            actions, result = pool.actions.copy(), pool.results(every_env)
+            ended = begin_next(pool, start_of, underway, result)
+            if ended:
+                metrics = advance(0)
+            yield AgentStep(
+                actions,
+                result,
+                self.counts.epsilon_used,
+                ended,
+                None if metrics is None else agent.measured(Metrics(*metrics)),
+                (agent.env_steps - before) // len(actions),
+            )
+
+    def _read(self) -> None:
+        """Copy counts and values from the agent."""
+        actor, counts = self._agent.actor, self.counts
         counts.env_steps, counts.episodes, counts.updates = (
             actor.env_steps,
             actor.episodes,
@@ -86,49 +156,9 @@ class SharedCounts:
         if actor.next_q is not None:
             self.next_q[...] = actor.next_q
 
-    def write(self) -> None:
-        """Copy them to the agent."""
-        actor, counts = self._actor, self.counts
+    def _write(self) -> None:
+        """Copy counts and values to the agent."""
+        actor, counts = self._agent.actor, self.counts
         actor.count(env_steps=counts.env_steps, episodes=counts.episodes, updates=counts.updates)
         actor.next_q = self.next_q.copy() if counts.knows_values else None
         self._learner.state = self._learner.state._replace(updates=counts.adam_updates)
-
-
-def compiled_steps(
-    agent: LearnerAgent,
-    pool: ExactEnvPool,
-    start_of: Callable[[int], int],
-    underway: Underway,
-    advance: Callable[[int], MetricsTuple | None],
-    counts: "_train.Counts",
-) -> Iterator[AgentStep]:
-    """The steps of `loop.interact`, of which only some are yielded, endless.
-
-    Those are the steps that ended an episode or completed a metrics period, and those after which
-    the episode of environment 0 has a multiple of `STEPS_BETWEEN_LOOKS` steps.
-
-    Args:
-        agent: acts and learns.
-        pool: the environments.
-        start_of: the environment seed of an episode, by its number.
-        underway: the current episode in each environment, updated before each step is yielded.
-        advance: takes at most that many steps in C++; see `_train.Loop.advance`.
-        counts: those that C++ writes to.
-    """
-    every_env = np.arange(len(pool.actions))
-    while True:
-        before = agent.env_steps
-        left = STEPS_BETWEEN_LOOKS - int(underway.steps[0]) % STEPS_BETWEEN_LOOKS
-        metrics = advance(left)
-        actions, result = pool.actions.copy(), pool.results(every_env)
-        ended = begin_next(pool, start_of, underway, result)
-        if ended:
-            metrics = advance(0)
-        yield AgentStep(
-            actions,
-            result,
-            counts.epsilon_used,
-            ended,
-            None if metrics is None else agent.measured(Metrics(*metrics)),
-            (agent.env_steps - before) // len(actions),
-        )
