@@ -49,6 +49,12 @@ def weights_of(page: Path, name: str) -> NamedPolicy:
     return load_weights(path)
 
 
+def write_gains(path: Path, kp_vertical: float):
+    gains = {"ki_vertical": -2, "kp_angle": 0.25, "kd_angle": 3, "dead_band": 0.1}
+    lines = [f"{name} = {value}\n" for name, value in {"kp_vertical": kp_vertical, **gains}.items()]
+    path.write_text("rule = 'absolute'\n" + "".join(lines))
+
+
 def test_a_page_offers_the_shipped_policies_and_controllers_after_those_named(run):
     page = touchdown.play(run, "random", seed=3)
     assert page == Path("playground.html")
@@ -79,12 +85,7 @@ def test_a_run_with_a_name_that_is_no_text_is_on_the_page_under_a_printable_one(
 
 
 def test_gains_on_a_page_are_those_of_the_file():
-    text = "rule = 'absolute'\n" + "".join(
-        f"{name} = {value}\n"
-        for name, value in [("kp_vertical", 1.5), ("ki_vertical", -2), ("kp_angle", 0.25),
-                            ("kd_angle", 3), ("dead_band", 0.1)]
-    )  # fmt: skip
-    Path("mine.toml").write_text(text)
+    write_gains(Path("mine.toml"), kp_vertical=1.5)
     offered = policies_of(touchdown.play("mine.toml"))
     assert offered["mine"]["gains"] == {
         name: getattr(read_pid(Path("mine.toml")), name) for name in offered["mine"]["gains"]
@@ -98,6 +99,15 @@ def test_a_policy_of_ones_own_takes_the_place_of_a_shipped_one_with_its_name():
     offered = policies_of(touchdown.play(mine))
     assert list(offered) == ["ace", "pid", "heuristic"]
     assert offered["ace"]["kind"] == "pid"
+
+
+def test_policies_of_one_name_are_numbered_and_the_same_one_is_offered_once():
+    for kind, gain in [("a", 1.5), ("b", 2.5)]:
+        Path(kind).mkdir()
+        write_gains(Path(kind, "best.toml"), kp_vertical=gain)
+    offered = policies_of(touchdown.play("a/best.toml", "b/best.toml", "a/best.toml"))
+    assert list(offered) == ["best", "best-2", "ace", "pid", "heuristic"]
+    assert [offered[name]["gains"]["kp_vertical"] for name in ("best", "best-2")] == [1.5, 2.5]
 
 
 def test_policies_that_a_browser_cannot_fly_are_refused_in_one_line():

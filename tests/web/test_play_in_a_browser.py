@@ -206,9 +206,31 @@ def test_a_flight_pauses_steps_rewinds_and_goes_on(opened: Open):
 
 def test_a_broken_link_is_explained_and_a_person_can_fly_anyway(opened: Open):
     with opened("#start=7&by=eagle") as tab:
-        assert status_of(tab) == "The link cannot be opened: this page has no policy eagle."
+        assert status_of(tab) == (
+            "The link cannot be opened: this page has no policy eagle; add its weights to open it."
+        )
         tab.keyboard.press("ArrowUp")
         assert status_of(tab) == "You are flying."
+        tab.evaluate("location.hash = 'by=ace'")
+        broken = "The link cannot be opened: it has no start."
+        expect(tab.locator("p[role=status]")).to_have_text(broken)
+        tab.keyboard.press("Space")  # pauses the flight under way
+        assert status_of(tab) == broken
+
+
+def test_a_link_waits_for_the_weights_of_its_policy(opened: Open, tmp_path: Path):
+    for name in ("eagle", "hawk"):
+        (tmp_path / f"{name}.safetensors").write_bytes(
+            lookup.SHIPPED.joinpath("ace.safetensors").read_bytes()
+        )
+    with opened("#start=8&by=eagle&against=hawk") as tab:
+        chooser = tab.get_by_label("Add a policy from a file of weights")
+        chooser.set_input_files(tmp_path / "eagle.safetensors")
+        expect(tab.locator("p[role=status]")).to_contain_text("this page has no policy hawk")
+        chooser.set_input_files(tmp_path / "hawk.safetensors")
+        expect(tab.get_by_role("radio", name="eagle")).to_be_checked()
+        expect(tab.get_by_role("checkbox", name="hawk")).to_be_checked()
+        expect(tab.get_by_role("spinbutton")).to_have_value("8")
 
 
 def test_a_phone_is_held_with_two_thumbs(opened: Open):
@@ -254,7 +276,7 @@ def test_a_file_of_weights_becomes_a_rival_and_any_other_file_is_refused(
         tab.get_by_role("radio", name="mine").check()
         expect(tab.get_by_role("heading", name="What mine expects")).to_be_visible()
         chooser.set_input_files(tmp_path / "mine.safetensors")
-        expect(status).to_have_text("mine.safetensors: the page has a policy of this name.")
+        expect(tab.get_by_role("checkbox", name="mine-2")).to_be_checked()
 
 
 def test_a_gamepad_flies(opened: Open):

@@ -20,14 +20,14 @@ OFFERED = ("pid", "heuristic")
 """What every page offers besides the shipped policies."""
 _FLYING_FILES = (".safetensors", ".toml")
 _SUFFIXES = (".html", ".htm")
-_START = 7  # a start from which the shipped policies land in view
+START = 7  # a start from which the shipped policies land in view
 
 
 def play(
     *policies: PolicyLike,
     out: Path | str | None = None,
     force: bool = False,
-    seed: int = _START,
+    seed: int = START,
     browser: bool = True,
     runs_dir: Path | str = DEFAULT_RUNS,
 ) -> Path:
@@ -37,7 +37,8 @@ def play(
 
     Args:
         policies: policies to race besides those that every page offers: runs, weights, gains; see
-            `PolicyLike`. The first one flies when the page opens.
+            `PolicyLike`. The first one flies when the page opens. One with the name of an offered
+            policy takes its place; of two with one name, the second gets a number, as in `best-2`.
         out: the HTML file; None uses `playground.html` in the current folder and replaces an
             earlier playground there.
         force: whether to replace an existing file.
@@ -58,9 +59,11 @@ def play(
         raise UserError(f"out {str(path)!r}: must end in {' or '.join(_SUFFIXES)}")
     files.check_file(path, "out")
     files.check_new(path, force=force or (out is None and _is_playground(path)))
-    named = [_page_policy(policy, Path(runs_dir)) for policy in policies]
+    named = playground.distinct(_page_policy(policy, Path(runs_dir)) for policy in policies)
+    taken = {policy.name for policy in named}
+    others = [policy for policy in offered() if policy.name not in taken]
     with files.refusing(f"out {str(path)!r}"):
-        files.write_atomic(path, playground.render([*named, *offered()], seed))
+        files.write_atomic(path, playground.render([*named, *others], seed))
     if browser:
         open_file(path)
     return path

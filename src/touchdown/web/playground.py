@@ -1,8 +1,9 @@
 """The playground: one page in which a person and policies fly the lander."""
 
 import json
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass, replace
+from itertools import chain, count
 from typing import Any
 
 import numpy as np
@@ -78,21 +79,31 @@ def render(policies: Sequence[PagePolicy], seed: int) -> str:
     """The playground as one HTML file, which opens from disk.
 
     Args:
-        policies: the policies, the first of which flies when the page opens. Of equal names, the
-            first counts.
+        policies: the policies, each under a name of its own; the first one flies when the page
+            opens.
         seed: seed of the first start.
     """
-    distinct: dict[str, PagePolicy] = {}
-    for policy in policies:
-        distinct.setdefault(policy.name, policy)
-    ordered = distinct.values()
-    weights = {_file_of(policy): policy.weights for policy in ordered if policy.weights is not None}
+    weights = {_file_of(each): each.weights for each in policies if each.weights is not None}
     return page.render(
         "play.html.j2",
         title=TITLE,
-        data={"seed": seed, "policies": [policy.to_json() for policy in ordered]},
+        data={"seed": seed, "policies": [policy.to_json() for policy in policies]},
         binaries={page.ENGINE: page.static_file(page.ENGINE), **weights},
     )
+
+
+def distinct(policies: Iterable[PagePolicy]) -> list[PagePolicy]:
+    """Each policy once; where another one has its name, with a number, as in `best-2`."""
+    found: dict[str, PagePolicy] = {}
+    seen: list[PagePolicy] = []
+    for policy in policies:
+        if policy in seen:
+            continue
+        seen.append(policy)
+        numbered = (f"{policy.name}-{number}" for number in count(2))
+        name = next(name for name in chain([policy.name], numbered) if name not in found)
+        found[name] = replace(policy, name=name)
+    return list(found.values())
 
 
 def _file_of(policy: PagePolicy) -> str:

@@ -45,24 +45,26 @@ export function writeLink(setup, commands, check) {
 
 /**
  * @param {string} hash with or without its #
- * @returns {Shared | null} null without a flight in it
+ * @returns {Shared | null} null if it is empty
  * @throws {RangeError} in words for the reader, if a field is wrong
  */
 export function readLink(hash) {
-  const fields = new URLSearchParams(hash.replace(/^#/, ""));
+  const text = hash.replace(/^#/, "");
+  if (text === "") return null;
+  const fields = new URLSearchParams(text);
   const start = fields.get("start");
-  if (start === null) return null;
+  if (start === null) throw new RangeError("it has no start");
   const seed = Number(start);
   if (!/^\d+$/.test(start) || seed > MAX_SEED) {
     throw new RangeError(`start ${start} is not a whole number from 0 to ${MAX_SEED}`);
   }
   const conditions = normalConditions();
   for (const { name, low, high } of RANGES) {
-    const text = fields.get(name);
-    if (text === null) continue;
-    const value = Math.round(Number(text) * DIGITS) / DIGITS;
+    const given = fields.get(name);
+    if (given === null) continue;
+    const value = Math.round(Number(given) * DIGITS) / DIGITS;
     if (!(value >= low && value <= high)) {
-      throw new RangeError(`${name} ${text} is not a number from ${low} to ${high}`);
+      throw new RangeError(`${name} ${given} is not a number from ${low} to ${high}`);
     }
     conditions[name] = value;
   }

@@ -5,7 +5,8 @@ import { readBinary, readData } from "touchdown/common/data.js";
 import { Display } from "touchdown/play/display.js";
 import { loadEngine } from "touchdown/engine/engine.js";
 import { Game } from "touchdown/play/game.js";
-import { checkOf, readLink, writeLink } from "touchdown/play/link.js";
+import { Address, linkOf } from "touchdown/play/address.js";
+import { checkOf } from "touchdown/play/link.js";
 import { Panel } from "touchdown/play/panel.js";
 import { element, part } from "touchdown/common/parts.js";
 import { addPolicy, makePolicies } from "touchdown/policies/registry.js";
@@ -32,14 +33,12 @@ class Playground {
     this.display = new Display();
     this.bestFlights = new BestFlights();
     this.calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    this.complaint = ""; // about the link
+    this.address = new Address();
     /** Whether flights are shown until a person does something. */
     this.demo = true;
     this.waited = 0;
-    /** Whether the flight is that of a link, by whoever made it. */
-    this.isShared = false;
-    /** @type {string | null} of how a shared flight went where it was shared */
-    this.expected = null;
+    /** @type {import("touchdown/play/link.js").Shared | null} whose flight this is, if a link's */
+    this.shared = null;
     this.game = new Game(engine, policies, this.demoSetup(seed), (event) => this.onEvent(event));
     this.controls = new Controls(
       [...document.querySelectorAll("[data-action]")].filter((each) => each instanceof HTMLElement),
@@ -51,7 +50,7 @@ class Playground {
       this.begin(setup);
     });
     addEventListener("hashchange", () => {
-      if (!this.openLink() && this.complaint) this.say(this.complaint);
+      if (!this.openLink() && this.address.complaint) this.say(this.address.complaint);
     });
     const file = part(document, "[type=file]", HTMLInputElement);
     file.addEventListener("change", () => void this.addWeights(file));
@@ -73,7 +72,7 @@ class Playground {
       fly: inGame(() => this.begin(this.byHand())),
       watch: inGame(() => this.begin({ ...game.setup, byHand: false })),
       autopilot: inGame(() => {
-        if (!game.race.lead.over) this.isShared = false; // it is another flight now
+        if (!game.race.lead.over) this.shared = null; // it is another flight now
         game.toggleAutopilot();
       }),
       view: () => this.turnView(),
@@ -124,7 +123,8 @@ class Playground {
    * @param {number[]} [planned]
    */
   begin(setup, planned) {
-    this.isShared = false;
+    this.shared = null;
+    this.address.forget();
     this.game.begin(setup, planned);
     if (!setup.byHand) this.game.play();
   }
@@ -134,24 +134,15 @@ class Playground {
    * @returns {boolean} whether there is one
    */
   openLink() {
-    try {
-      const shared = readLink(location.hash);
-      if (!shared) return false;
-      const { setup, commands, check } = shared;
-      setup.autopilot ||= this.names[0] ?? "";
-      const unknown = [setup.autopilot, ...setup.rivals].find((name) => !this.policies.has(name));
-      if (unknown !== undefined) throw new RangeError(`this page has no policy ${unknown}`);
-      this.endDemo();
-      this.begin(setup, commands);
-      this.isShared = true;
-      this.expected = check;
-      if (commands.length > 0) this.game.play();
-      return true;
-    } catch (error) {
-      if (!(error instanceof RangeError)) throw error;
-      this.complaint = `The link cannot be opened: ${error.message}.`;
-      return false;
-    }
+    const shared = this.address.read(this.policies);
+    if (!shared) return false;
+    const { setup, commands } = shared;
+    setup.autopilot ||= this.names[0] ?? "";
+    this.endDemo();
+    this.begin(setup, commands);
+    this.shared = shared;
+    if (commands.length > 0) this.game.play();
+    return true;
   }
 
   onPress() {
@@ -159,7 +150,7 @@ class Playground {
       this.endDemo();
       this.begin(this.byHand());
     }
-    if (this.game.takeOver()) this.isShared = false; // it is another flight now
+    if (this.game.takeOver()) this.shared = null; // it is another flight now
   }
 
   /** @param {GameEvent} event */
@@ -170,7 +161,7 @@ class Playground {
       this.panel.write(this.game.setup);
     }
     if (event === "ended" && !this.demo) this.keepFlight();
-    if (!this.demo && !this.game.playing) this.writeAddress();
+    if (!this.demo && !this.game.playing) this.address.write(this.game);
     this.showHint();
     element(".after").hidden = !this.game.race.over || this.demo;
     this.say(this.statusAfter(event));
@@ -179,50 +170,32 @@ class Playground {
   /** @param {GameEvent} event */
   statusAfter(event) {
     const { game } = this;
-    if (this.demo) return this.complaint;
+    const { complaint } = this.address;
+    if (this.demo || complaint) return complaint;
     if (event === "handed over") return "Your turn: the link ends here. Press an engine to fly on.";
     if (!game.race.over) return describe(game);
-    const expected = this.isShared ? this.expected : null;
-    const differs = expected !== null && expected !== checkOf(game.race.flights);
+    const check = this.shared?.check;
+    const differs = check && check !== checkOf(game.race.flights);
     return ranking(game) + (differs ? " This flight differs from the shared one." : "");
   }
 
   keepFlight() {
     const { race, flownBy, setup } = this.game;
     const { lead } = race;
-    if (!lead.byHand || !lead.outcome || this.isShared) return;
+    if (!lead.byHand || !lead.outcome || this.shared) return;
     const { return: episodeReturn, fuel } = lead.at(lead.steps);
     const { outcome, steps } = lead;
-    const link = this.link();
+    const link = linkOf(this.game);
     this.bestFlights.add({
       by: flownBy, seed: setup.seed, return: episodeReturn, outcome, fuel, steps, link,
     });
     showBestFlights(element(".best"), this.bestFlights.list);
   }
 
-  /** The present flight as the part of a URL after #. */
-  link() {
-    const { setup, race } = this.game;
-    const { lead } = race;
-    const complete = race.flights.every((flight) => flight.over);
-    const known = lead.over ? lead.commands : [...lead.commands, ...race.planned.slice(lead.steps)];
-    return writeLink(setup, lead.byHand ? known : [], complete ? checkOf(race.flights) : null);
-  }
-
-  writeAddress() {
-    const address = `#${this.link()}`;
-    if (address === location.hash) return;
-    try {
-      history.replaceState(null, "", address);
-    } catch {
-      // a browser may forbid it to a file, or after many changes
-    }
-  }
-
   async share() {
     this.endDemo();
     this.game.pause();
-    this.say(await copyLink(`${location.href.split("#")[0]}#${this.link()}`));
+    this.say(await copyLink(`${location.href.split("#")[0]}#${linkOf(this.game)}`));
   }
 
   /**
@@ -237,8 +210,12 @@ class Playground {
       const name = await addPolicy(engine, policies, file);
       this.names.push(name);
       this.panel.offer(this.names);
-      this.endDemo();
-      this.begin({ ...setup, rivals: [...setup.rivals, name] });
+      if (this.address.waits) {
+        if (!this.openLink()) this.say(this.address.complaint);
+      } else {
+        this.endDemo();
+        this.begin({ ...setup, rivals: [...setup.rivals, name] });
+      }
     } catch (error) {
       this.say(`${file.name}: ${error instanceof Error ? error.message : error}.`);
     }

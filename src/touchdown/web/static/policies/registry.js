@@ -40,17 +40,18 @@ export function makePolicies(engine, described, readBinary) {
 }
 
 /**
- * Adds the network of a file of weights under the file's name.
+ * Adds the network of a file of weights under the file's name, with a number if that is taken.
  * @param {Engine} engine
  * @param {Policies} policies
  * @param {File} file
  * @returns {Promise<string>} its name
- * @throws {Error} It is no such file, or a policy has its name; one line says why.
+ * @throws {Error} It is no such file; one line says why.
  */
 export async function addPolicy(engine, policies, file) {
-  const name = file.name.replace(/\.safetensors$/, "");
-  if (name === YOU || policies.has(name)) throw new Error("the page has a policy of this name");
   const network = engine.newNetwork(await file.arrayBuffer());
+  const stem = file.name.replace(/\.safetensors$/, "");
+  let name = stem;
+  for (let i = 2; name === YOU || policies.has(name); i++) name = `${stem}-${i}`;
   policies.set(name, () => network);
   return name;
 }
