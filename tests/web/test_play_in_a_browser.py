@@ -1,6 +1,7 @@
 """The playground as a person meets it: in Chromium, on a desk and on a phone, light and dark."""
 
 import json
+import shutil
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
@@ -101,7 +102,7 @@ def test_a_person_flies_an_episode_with_keys_and_it_is_kept(opened: Open):
         assert [flight["outcome"] for flight in kept] == ["out of bounds"]
         assert kept[0]["link"] == hash_of(tab).removeprefix("#")
         tab.reload()  # which shows the flight again, and does not keep it twice
-        assert tab.locator(".best tbody tr").count() == 1
+        expect(tab.locator(".best tbody tr")).to_have_count(1)
         assert tab.locator(".best tbody td").nth(1).inner_text() == "out of bounds"
         tab.get_by_role("button", name="Clear").click()
         expect(tab.get_by_text("None yet.")).to_be_visible()
@@ -166,7 +167,7 @@ def test_a_flight_that_goes_differently_is_noted_unless_its_reader_takes_over(op
         tab.keyboard.up("ArrowLeft")
         assert not status_of(tab).endswith("This flight differs from the shared one.")
         whole = hash_of(tab)
-        assert tab.locator(".best tbody tr").count() == 1  # it is the reader's now
+        expect(tab.locator(".best tbody tr")).to_have_count(1)  # it is the reader's now
     with opened(whole.replace("check=", "check=other")) as tab:
         fly_fast(tab)
         wait_until_over(tab)
@@ -263,6 +264,8 @@ def test_a_file_of_weights_becomes_a_rival_and_any_other_file_is_refused(
         lookup.SHIPPED.joinpath("ace.safetensors").read_bytes()
     )
     (tmp_path / "photo.safetensors").write_bytes(b"no weights at all")
+    long = tmp_path / f"{'long' * 50}.safetensors"
+    shutil.copy(tmp_path / "mine.safetensors", long)
     with opened("#start=7&by=pid") as tab:
         chooser = tab.get_by_label("Add a policy from a file of weights")
         chooser.set_input_files(tmp_path / "photo.safetensors")
@@ -277,6 +280,11 @@ def test_a_file_of_weights_becomes_a_rival_and_any_other_file_is_refused(
         expect(tab.get_by_role("heading", name="What mine expects")).to_be_visible()
         chooser.set_input_files(tmp_path / "mine.safetensors")
         expect(tab.get_by_role("checkbox", name="mine-2")).to_be_checked()
+        chooser.set_input_files(long)
+        tab.get_by_role("radio", name="long").check()
+        for width in (390, 1280):
+            tab.set_viewport_size({"width": width, "height": 800})
+            assert tab.evaluate("document.documentElement.scrollWidth") == width
 
 
 def test_a_gamepad_flies(opened: Open):
@@ -297,7 +305,7 @@ def test_a_browser_that_keeps_nothing_still_plays(opened: Open):
         fly_fast(tab)
         tab.keyboard.down("ArrowRight")
         wait_until_over(tab)
-        assert tab.locator(".best tbody tr").count() == 1
+        expect(tab.locator(".best tbody tr")).to_have_count(1)
 
 
 def test_flights_are_shown_at_once_unless_less_motion_is_wanted(opened: Open):

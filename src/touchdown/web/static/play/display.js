@@ -1,5 +1,6 @@
 // What the page shows of a game: the scene, the strips under it and the map of actions.
 import { ActionMap, MAPS } from "touchdown/play/action-map.js";
+import { LONGEST_NAME, shortened } from "touchdown/common/format.js";
 import { Insight } from "touchdown/play/insight.js";
 import { Palette } from "touchdown/common/palette.js";
 import { onTheme } from "touchdown/common/theme.js";
@@ -55,9 +56,10 @@ export class Display {
     this.mapped = game.policies.get(autopilot)?.(seed) ?? null;
     this.map.restart();
     this.screens.show(game);
-    for (const each of document.querySelectorAll("[data-name=critic]")) each.textContent = name;
-    for (const each of document.querySelectorAll("[data-name=autopilot]")) {
-      each.textContent = autopilot;
+    for (const [place, text] of Object.entries({ critic: name, autopilot })) {
+      for (const each of document.querySelectorAll(`[data-name=${place}]`)) {
+        each.textContent = shortened(text, LONGEST_NAME);
+      }
     }
     this.stale = true;
   }

@@ -136,6 +136,7 @@ export function leave(target) {
 function chip(type, name, value) {
   const label = document.createElement("label");
   label.className = "chip";
+  label.title = value;
   const input = Object.assign(document.createElement("input"), { type, name, value });
   const text = document.createElement("span");
   text.textContent = value;

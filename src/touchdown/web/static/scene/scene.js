@@ -7,6 +7,7 @@ import {
   drawOutcome,
   drawTitle,
 } from "touchdown/scene/dials.js";
+import { LONGEST_NAME, shortened } from "touchdown/common/format.js";
 import { ASPECT, contextOf, Frame, HEIGHT } from "touchdown/scene/frame.js";
 import { Sprite } from "touchdown/scene/sprite.js";
 import { heightAt } from "touchdown/scene/terrain.js";
@@ -100,14 +101,15 @@ export class SceneView {
     const { context, frame } = this;
     const writing = { context, frame, pixelRatio: frame.width / (this.canvas.clientWidth || 600) };
     const alone = craft.length === 1 ? craft[0] : undefined;
-    drawTitle(writing, alone?.label ?? "", `start ${seed}`);
+    drawTitle(writing, shortened(alone?.label ?? "", LONGEST_NAME), `start ${seed}`);
     /** @type {[number, number][]} */
     const taken = []; // where names are
     for (const each of [...craft].reverse()) {
       const hull = { x: Number(each.bodies[0]), y: Number(each.bodies[1]) };
       if (hull.y > HEIGHT + 0.6) drawHeightMarker(writing, hull, each.colour);
       if (!alone && each.label) {
-        taken.push(drawName(writing, hull, each.label, each.colour, taken));
+        const name = shortened(each.label, LONGEST_NAME);
+        taken.push(drawName(writing, hull, name, each.colour, taken));
       }
     }
     const shown = craft.find((each) => each.dials);
