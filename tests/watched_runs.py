@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 from small_configs import tiny
 from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
+from touchdown.web.watch.run_index import RunIndex
 from touchdown.web.watch.serving import Server
-from touchdown.web.watch.shelf import Shelf
 
 
 def episode(number: int, **changes: Any) -> dict[str, Any]:
@@ -132,9 +132,9 @@ class Servers:
         self._end = threading.Event()
         self._threads: list[threading.Thread] = []
 
-    def start(self, shelf: Shelf) -> Server:
-        """A server of the runs on a shelf."""
-        server = Server(shelf)
+    def start(self, index: RunIndex) -> Server:
+        """A server of the runs on a index."""
+        server = Server(index)
         ends = (lambda _last_used: self._end.is_set(),)
         self._threads.append(threading.Thread(target=server.serve, args=ends))
         self._threads[-1].start()

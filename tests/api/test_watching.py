@@ -36,6 +36,7 @@ def test_an_existing_file_is_replaced_only_if_asked(runs, tmp_path):
     ("settings", "said"),
     [
         ({"runs": "nope"}, "run 'nope': no such folder"),
+        ({"runs": "mine.txt"}, "run 'mine.txt': is a file; must be a run's name or folder"),
         ({"runs": "one", "out": "page.pdf"}, "must end in .html"),
         ({"runs": "one", "out": "nowhere/page.html"}, "its folder does not exist"),
         ({"out": "page.html"}, "needs a run"),
@@ -47,6 +48,7 @@ def test_bad_input_is_refused_before_anything_is_served(
     runs, tmp_path, monkeypatch, settings, said
 ):
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.txt").touch()
     with pytest.raises(UserError, match=said):
         touchdown.watch(**({"runs_dir": runs, "browser": False} | settings))
     assert not list(tmp_path.glob("page*"))
@@ -81,4 +83,8 @@ def test_a_run_without_policies_over_training_is_refused(tmp_path):
     folder = folders.create(tmp_path, tiny(), "old")
     with pytest.raises(UserError, match="run 'old': saved no policies over its training"):
         touchdown.fly_over_training("old", runs_dir=tmp_path)
+    with pytest.raises(UserError, match="policy 'ace': comes without its policies over training"):
+        touchdown.fly_over_training("ace", runs_dir=tmp_path)
+    with pytest.raises(UserError, match="policy 'pid': was not saved over training; must be a run"):
+        touchdown.fly_over_training("pid", runs_dir=tmp_path)
     shutil.rmtree(folder.path)

@@ -73,6 +73,9 @@ def test_the_lines_of_a_file_are_records_and_an_unfinished_one_is_left_out(tmp_p
         ('{"observations": 1} {"observations": 2}', "line 2 is not a JSON object"),
         ("", "line 2 is not a JSON object"),
         ("null", "line 2 is not a JSON object"),
+        ('{"observations": NaN}', "line 2 has NaN, must have finite numbers"),
+        ('{"observations": [1, -Infinity]}', "line 2 has -Infinity, must have finite numbers"),
+        ('{"observations": "NaN"', "line 2 is not a JSON object"),
     ],
 )
 def test_a_wrong_line_is_refused_by_its_number(tmp_path, line, said):

@@ -24,8 +24,8 @@ from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.loop import why_python
 from touchdown.runs.run import Run
-from touchdown.training import over_training
-from touchdown.training.over_training import kept
+from touchdown.training import policy_saver
+from touchdown.training.policy_saver import kept
 from touchdown.training.trainer import Trainer
 
 
@@ -203,7 +203,7 @@ def policies_of(folder: RunFolder):
 
 @pytest.mark.parametrize(("most", "count"), [(100, 10), (4, 4)])
 def test_a_stopped_run_ends_with_the_same_policies(tmp_path, monkeypatch, most, count):
-    monkeypatch.setattr(over_training, "MOST_POLICIES", most)
+    monkeypatch.setattr(policy_saver, "MOST_POLICIES", most)
     config = config_of(validation_period=100)
     whole, stopped = (folders.create(tmp_path, config, name) for name in ("whole", "stopped"))
     train(whole)

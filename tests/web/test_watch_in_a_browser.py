@@ -21,9 +21,9 @@ from playwright.sync_api import Page as Tab
 from chromium import chromium
 from contrast import contrast
 from touchdown.agents.learners.backend import is_built
-from touchdown.api.watching import shelf_of, watch
+from touchdown.api.watching import index_of, watch
 from touchdown.runs.folder import RunFolder
-from touchdown.web.watch.shelf import key_of
+from touchdown.web.watch.run_index import key_of
 from watched_runs import Servers, append, episode, new_run
 
 SIZES = {"desktop": (1280, 800), "phone": (390, 844)}
@@ -367,4 +367,4 @@ def servers() -> Generator[Servers]:
 
 def serving(servers: Servers, runs: Path) -> str:
     """The address of a server of a folder."""
-    return servers.start(shelf_of(runs)).address
+    return servers.start(index_of(runs)).address

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from touchdown.api.policies import shipped
 from touchdown.api.runs import RunLike, find_run
 from touchdown.core import files, plugins
 from touchdown.core.errors import UserError
@@ -12,6 +13,7 @@ from touchdown.core.starts import TEST_STARTS
 from touchdown.envs import recorder
 from touchdown.envs.flight import Flight
 from touchdown.lander.rules import is_lander
+from touchdown.policies import lookup
 from touchdown.policies.weights import load_weights
 from touchdown.render import film as films
 from touchdown.render import learning
@@ -52,6 +54,13 @@ def fly_over_training(
     if out is not None:
         films.check_video_path(Path(out))
         files.check_new(Path(out), force=force)
+    if isinstance(run, str) and lookup.is_known(run):
+        raise UserError(f"policy {run!r}: was not saved over training; must be a run")
+    if isinstance(run, str) and shipped(run, Path(runs_dir)) is not None:
+        raise UserError(
+            f"policy {run!r}: comes without its policies over training; train it: touchdown train "
+            f"{run}"
+        )
     found = find_run(run, runs_dir)
     saved = _chosen(found.policies_over_training)
     if not saved:

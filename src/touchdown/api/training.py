@@ -28,7 +28,7 @@ from touchdown.training import services
 from touchdown.training.listeners import Listener, Listeners
 from touchdown.training.selection import stop_threshold
 from touchdown.training.services import LoggerName
-from touchdown.web.watch import beside
+from touchdown.web.watch import training_server
 
 
 def train(
@@ -42,6 +42,7 @@ def train(
     listeners: Iterable[Listener] = (),
     logger: LoggerName | Sequence[LoggerName] | None = None,
     watch: bool = False,
+    browser: bool = True,
     trust: bool = False,
     progress: bool | None = None,
     console: Console | None = None,
@@ -63,9 +64,9 @@ def train(
             training when it is recorded. Each is closed once, when this function returns or
             raises.
         logger: `wandb`, `mlflow` or both, to log there too.
-        watch: whether to show the training on a local page, and open it in a browser if there is a
-            display. The page stays when training ends, as long as it is open. Its address is
-            printed even if `progress` is False.
+        watch: whether to show the training on a local page. The page stays when training ends, as
+            long as it is open. Its address is printed even if `progress` is False.
+        browser: whether to open that page in a browser, if this machine has a display.
         trust: whether to import code that the config names. Code that the other arguments name is
             imported without it.
         progress: True shows progress and results, False shows nothing; None shows them in a
@@ -102,7 +103,7 @@ def train(
         loggers = services.check_names(logger)
         folder = folders.create(Path(runs_dir), chosen, name)
         shown = console_for(progress, console)
-        with _watched(folder, console) if watch else nullcontext():
+        with _watched(folder, console, browser=browser) if watch else nullcontext():
             return complete(folder, shown, told, loggers)
 
 
@@ -115,6 +116,7 @@ def resume(
     listeners: Iterable[Listener] = (),
     logger: LoggerName | Sequence[LoggerName] | None = None,
     watch: bool = False,
+    browser: bool = True,
     trust: bool = False,
     progress: bool | None = None,
     console: Console | None = None,
@@ -128,7 +130,8 @@ def resume(
         runs_dir: folder of the runs.
         listeners: as for `train`; they receive the steps after the last checkpoint again.
         logger: as for `train`; the service's run is continued.
-        watch: as for `train`.
+        watch: as for `train`; a finished run is not served.
+        browser: as for `train`.
         trust: whether to import code that the run's config names.
         progress: True shows progress and results, False shows nothing; None shows them in a
             notebook and on a terminal.
@@ -145,23 +148,24 @@ def resume(
     with Listeners(listeners) as told, plugins.trusting(everything=trust):
         folder = find_run(run, runs_dir).folder
         _hand_over(env, agent, folder.config())
-        if watch:
+        is_watched = watch and Run(folder).status != "finished"  # otherwise there is no training
+        if is_watched:
             folders.lock(folder).close()  # refuse before a page opens
         loggers = services.check_names(logger)
         shown = console_for(progress, console)
-        with _watched(folder, console) if watch else nullcontext():
+        with _watched(folder, console, browser=browser) if is_watched else nullcontext():
             return complete(folder, shown, told, loggers)
 
 
 @contextmanager
-def _watched(folder: RunFolder, console: Console | None) -> Generator[None]:
+def _watched(folder: RunFolder, console: Console | None, *, browser: bool) -> Generator[None]:
     """Serve the page of a run while the block trains it; without a server it trains all the same.
 
     Its address is printed even where progress is not shown, because nobody can guess it.
     """
     with ExitStack() as stack:
         try:
-            address = stack.enter_context(beside.watched(folder))
+            address = stack.enter_context(training_server.watched(folder, browser=browser))
         except UserError as error:
             warnings.warn(f"{error}; training goes on without the page", stacklevel=2)
         else:

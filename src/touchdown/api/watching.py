@@ -16,7 +16,7 @@ from touchdown.runs import folder as folders
 from touchdown.runs.folder import DEFAULT_RUNS, RunFolder
 from touchdown.studies import store as stores
 from touchdown.studies.store import Store
-from touchdown.web.watch.shelf import Shelf, StudyRuns, key_of
+from touchdown.web.watch.run_index import RunIndex, StudyRuns, key_of
 
 _SUFFIX = ".html"
 
@@ -63,7 +63,7 @@ def watch(
         raise UserError(f"runs_dir {str(folder)!r}: no such folder; `touchdown train` creates it")
     from touchdown.web.watch.serving import Server  # noqa: PLC0415 - only to serve
 
-    server = Server(shelf_of(folder, found), port)
+    server = Server(index_of(folder, found), port)
     address = server.address_of([key_of(each) for each in found])
     shown = console_for(progress=True, console=console)
     shown.print(f"watch: {address}", soft_wrap=True, markup=False, highlight=False)
@@ -73,9 +73,9 @@ def watch(
     return None
 
 
-def shelf_of(runs_dir: Path, named: Sequence[RunFolder] = ()) -> Shelf:
+def index_of(runs_dir: Path, named: Sequence[RunFolder] = ()) -> RunIndex:
     """The runs that a server may show: those in a folder, of the studies in it, and named ones."""
-    return Shelf(runs_dir, named, lambda: _studies(runs_dir))
+    return RunIndex(runs_dir, named, lambda: _studies(runs_dir))
 
 
 def _folders(run: RunLike, runs_dir: Path) -> list[RunFolder]:
@@ -138,5 +138,5 @@ def _write(found: Sequence[RunFolder], out: Path, runs_dir: Path, *, force: bool
         raise UserError("out: needs a run: touchdown watch RUN --out FILE")
     from touchdown.web.watch.one_file import write_page  # noqa: PLC0415 - only to write
 
-    write_page(shelf_of(runs_dir, found), [key_of(each) for each in found], out)
+    write_page(index_of(runs_dir, found), [key_of(each) for each in found], out)
     return out

@@ -64,6 +64,7 @@ class Train:
     watch: Annotated[
         bool, arg(help="Watch it learn on a local page, which stays open when training ends.")
     ] = False
+    browser: Annotated[bool, arg(help="With --watch: open the page in a browser.")] = True
     logger: Annotated[
         tuple[Literal["wandb", "mlflow"], ...],
         arg(help="Log to Weights & Biases or MLflow too; each needs the extra of its name."),
@@ -137,6 +138,7 @@ class Train:
                 runs_dir=self.runs_dir,
                 logger=self.logger,
                 watch=self.watch,
+                browser=self.browser,
                 console=console,
             )
             return
@@ -162,5 +164,6 @@ class Train:
             runs_dir=self.runs_dir,
             logger=self.logger,
             watch=self.watch,
+            browser=self.browser,
             console=console,
         )

@@ -4,6 +4,7 @@ A record is a `msgspec.Struct` or a frozen dataclass. Its fields have the names 
 or are renamed to them. Unknown fields are ignored, so that additions of later versions are allowed.
 """
 
+import re
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
@@ -158,10 +159,17 @@ def _line_by_line(
         except (ValueError, RecursionError) as error:
             raw = _untyped(line)
             if not isinstance(raw, dict):
-                raise UserError(f"{path}: line {number} is not a JSON object") from None
+                said = _not_finite(line) if raw is None else ""
+                raise UserError(f"{path}: line {number} {said or 'is not a JSON object'}") from None
             said = _what_is_wrong(line, kind, error)
             raise UserError(f"{path}: line {number}: {said}") from None
     return records
+
+
+def _not_finite(line: bytes) -> str:
+    """That a line, which is no JSON, has a number that JSON lacks; "" if it has none."""
+    found = re.search(rb"(?<=[\s:\[,])(NaN|-?Infinity)(?=[\s,\]}])", line)
+    return f"has {found[0].decode()}, must have finite numbers" if found else ""
 
 
 @cache

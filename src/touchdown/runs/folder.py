@@ -224,6 +224,8 @@ def find(name: str, runs_dir: Path = DEFAULT_RUNS) -> RunFolder:
             if not folder.config_file.is_file():
                 raise UserError(f"run {str(path)!r}: not a run, because it has no config.toml")
             return folder
+    if name and Path(name).is_file():
+        raise UserError(f"run {name!r}: is a file; must be a run's name or folder")
     found = [path.parent.name for path in runs_dir.glob("*/config.toml")]
     raise UserError(
         f"run {name!r}: no such folder in {str(runs_dir)!r}; "

@@ -17,7 +17,7 @@ from touchdown.policies.weights import save_weights
 from touchdown.runs.folder import RunFolder
 from touchdown.training.checkpoint import Candidate, Progress
 from touchdown.training.history import History, diverged
-from touchdown.training.over_training import PoliciesOverTraining
+from touchdown.training.policy_saver import PolicySaver
 from touchdown.training.state import Solved
 
 # standard errors by which a mean must exceed the threshold: in the worst case 1 in 700 is wrong
@@ -51,7 +51,7 @@ class Selection:
         evaluator: runs the validation episodes.
         progress: the run's progress, which contains the candidates.
         history: records validations.
-        over_training: saves the policy at each validation; None saves none.
+        saver: saves the policy at each validation; None saves none.
 
     Raises:
         UserError: `stop_when_solved` is set, but the environment has no threshold.
@@ -65,7 +65,7 @@ class Selection:
         evaluator: Evaluator,
         progress: Progress,
         history: History,
-        over_training: PoliciesOverTraining | None = None,
+        saver: PolicySaver | None = None,
     ) -> None:
         self._config = config
         self._folder = folder
@@ -73,7 +73,7 @@ class Selection:
         self._evaluator = evaluator
         self._progress = progress
         self._history = history
-        self._over_training = over_training
+        self._saver = saver
         self._threshold = stop_threshold(config)
 
     def validate(self, seconds: Callable[[], float]) -> None:
@@ -99,8 +99,8 @@ class Selection:
         results = self._rollout(weights, VALIDATION_STARTS[: training.validation_episodes])
         mean = _mean_return(results)
         self._history.validation(results, mean, episode=progress.episodes, env_steps=env_steps)
-        if self._over_training is not None:
-            self._over_training.save(self._agent, weights, env_steps, mean)
+        if self._saver is not None:
+            self._saver.save(self._agent, weights, env_steps, mean)
         best_so_far = max((c.validation_return for c in progress.candidates), default=-np.inf)
         candidate = Candidate(env_steps, mean, weights)
         candidates = [*progress.candidates, candidate]

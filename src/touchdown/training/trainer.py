@@ -32,8 +32,8 @@ from touchdown.training.compiled_pqn import CompiledPQN
 from touchdown.training.history import History
 from touchdown.training.loggers import Recorder
 from touchdown.training.loop import STEPS_BETWEEN_LOOKS, AgentStep, begin, interact
-from touchdown.training.over_training import PoliciesOverTraining
 from touchdown.training.pace import Budget, Pace, TrainingStatus
+from touchdown.training.policy_saver import PolicySaver
 from touchdown.training.resume import replay_episodes
 from touchdown.training.rollouts import CompiledSteps
 from touchdown.training.selection import Selection
@@ -122,7 +122,7 @@ class Trainer:
             CompiledSteps() if self._may_compile else None,
         )
         resources.callback(evaluator.close)
-        self._over_training = self._saved_policies() if self._replayable else None
+        self._saver = self._policy_saver() if self._replayable else None
         self._selection = Selection(
             config,
             folder,
@@ -130,17 +130,17 @@ class Trainer:
             evaluator,
             self._progress,
             self._history,
-            self._over_training,
+            self._saver,
         )
         self._underway: Underway | None = None
 
-    def _saved_policies(self) -> PoliciesOverTraining:
-        """The policies until the checkpoint that the run resumes from; of a new run, the first."""
+    def _policy_saver(self) -> PolicySaver:
+        """Keeps the policies until the resumed checkpoint; of a new run, writes the first."""
         rows = records.decode_jsonl(self._folder.validations, ValidationRow)
-        saved = PoliciesOverTraining(self._folder, self._config, (row.env_steps for row in rows))
+        saver = PolicySaver(self._folder, self._config, (row.env_steps for row in rows))
         if not self._progress.env_steps:
-            saved.save(self._agent, self._agent.weights(), 0)
-        return saved
+            saver.save(self._agent, self._agent.weights(), 0)
+        return saver
 
     @property
     def last_policy(self) -> Policy:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from touchdown.runs.folder import RunFolder
-from touchdown.web.watch.shelf import Shelf, key_of
+from touchdown.web.watch.run_index import RunIndex, key_of
 from watched_runs import Client, Servers, recorded_run
 
 
@@ -17,14 +17,14 @@ def run(tmp_path: Path) -> RunFolder:
 
 
 @contextmanager
-def _serving() -> Generator[Callable[[Shelf], Client]]:
+def _serving() -> Generator[Callable[[RunIndex], Client]]:
     servers = Servers()
-    yield lambda shelf: Client(servers.start(shelf))
+    yield lambda index: Client(servers.start(index))
     servers.end()
 
 
 @pytest.fixture
-def serve() -> Generator[Callable[[Shelf], Client]]:
+def serve() -> Generator[Callable[[RunIndex], Client]]:
     """Starts servers, which end with the test."""
     with _serving() as start:
         yield start
@@ -35,4 +35,4 @@ def unchanged(tmp_path_factory: pytest.TempPathFactory) -> Generator[tuple[Clien
     """A server for tests that change nothing, and the key of its run."""
     folder = recorded_run(tmp_path_factory.mktemp("served") / "runs")
     with _serving() as start:
-        yield start(Shelf(folder.path.parent)), key_of(folder)
+        yield start(RunIndex(folder.path.parent)), key_of(folder)

@@ -7,7 +7,7 @@ import pytest
 from touchdown.core.errors import UserError
 from touchdown.web.watch import one_file
 from touchdown.web.watch.one_file import write_page
-from touchdown.web.watch.shelf import Shelf, key_of
+from touchdown.web.watch.run_index import RunIndex, key_of
 from watched_runs import append, flight
 
 
@@ -23,7 +23,7 @@ def written(run, tmp_path):
 
     def write():
         out = tmp_path / "page.html"
-        write_page(Shelf(run.path.parent), [key_of(run)], out)
+        write_page(RunIndex(run.path.parent), [key_of(run)], out)
         html = out.read_text("utf-8")
         return element(html, "data"), element(html, "binaries"), html
 
@@ -83,9 +83,9 @@ def test_a_damaged_record_is_told_in_the_file(run, written):
 
 
 def test_a_deleted_run_is_refused_and_nothing_is_written(run, tmp_path):
-    shelf = Shelf(run.path.parent)
-    shelf.all()
+    index = RunIndex(run.path.parent)
+    index.all()
     shutil.rmtree(run.path)
     with pytest.raises(UserError, match="run 'watched': was deleted"):
-        write_page(shelf, [key_of(run)], tmp_path / "page.html")
+        write_page(index, [key_of(run)], tmp_path / "page.html")
     assert not (tmp_path / "page.html").exists()

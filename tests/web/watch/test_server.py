@@ -11,9 +11,9 @@ import pytest
 
 from touchdown.core.errors import UserError
 from touchdown.runs import folder as folders
-from touchdown.web.watch import records
+from touchdown.web.watch import columns, records
+from touchdown.web.watch.run_index import RunIndex, key_of
 from touchdown.web.watch.serving import Server
-from touchdown.web.watch.shelf import Shelf, key_of
 from watched_runs import Client, append, episode, new_run, recorded_run
 
 
@@ -30,7 +30,7 @@ def key(unchanged):
 @pytest.fixture
 def changing(run, serve):
     """A server of a run that the test changes."""
-    return serve(Shelf(run.path.parent))
+    return serve(RunIndex(run.path.parent))
 
 
 @pytest.mark.parametrize("token", ["", "wrong", "wrong" * 20, "%00", "ü".encode().hex()])
@@ -160,7 +160,7 @@ def test_links_out_of_a_run_are_not_followed(changing, run, tmp_path):
 
 def test_a_page_gets_what_is_recorded_and_then_what_is_new(changing, run):
     with changing.messages(key_of(run)) as messages:
-        found = collected(messages, 3)
+        found = collected(messages, 4)
         assert found["facts"]["status"] == "stopped"
         assert found["facts"]["policies"] == [0, 300]
         assert found["episodes"]["episode_return"] == [-1.0, -2.0, -3.0]
@@ -173,10 +173,21 @@ def test_a_page_gets_what_is_recorded_and_then_what_is_new(changing, run):
     assert not message["restart"]
 
 
+def test_the_first_episode_with_each_outcome_is_kept_of_a_long_record(changing, run, monkeypatch):
+    monkeypatch.setattr(columns, "MOST_ROWS", 4)
+    append(run.episodes, *(episode(number) for number in range(4, 20)))
+    append(run.episodes, episode(20) | {"outcome": "landed"}, *map(episode, range(21, 30)))
+    with changing.messages(key_of(run)) as messages:
+        found = collected(messages, 4)
+    assert 20 not in found["episodes"]["episode"]
+    assert found["firsts"]["episode"] == [1, 20]
+    assert found["firsts"]["outcome"][1] == "landed"
+
+
 def test_ten_pages_get_the_same_from_one_reading(changing, run):
     with ExitStack() as stack:
         pages = [stack.enter_context(changing.messages(key_of(run))) for _ in range(10)]
-        assert [collected(page, 3)["episodes"]["episode"] for page in pages] == [[1, 2, 3]] * 10
+        assert [collected(page, 4)["episodes"]["episode"] for page in pages] == [[1, 2, 3]] * 10
         append(run.episodes, episode(4), episode(5))
         for page in pages:
             message = next(message for message in page if "columns" in message)
@@ -185,7 +196,7 @@ def test_ten_pages_get_the_same_from_one_reading(changing, run):
 
 def test_half_a_line_waits_for_its_other_half(changing, run):
     with changing.messages(key_of(run)) as messages:
-        collected(messages, 3)
+        collected(messages, 4)
         with run.episodes.open("a") as file:
             file.write('{"episode": 4, "observations": 400, "episode_ret')
         append(run.updates, {"update": 2, "observations": 350, "loss": 0.25})
@@ -198,7 +209,7 @@ def test_half_a_line_waits_for_its_other_half(changing, run):
 def test_a_deleted_run_is_told_and_what_was_read_stays(changing, run, monkeypatch):
     monkeypatch.setattr(records, "AT_REST_SECONDS", 0.1)
     with changing.messages(key_of(run)) as messages:
-        collected(messages, 3)
+        collected(messages, 4)
         run.episodes.unlink()  # as deletion does, a file at a time
         time.sleep(0.5)
         shutil.rmtree(run.path)
@@ -215,7 +226,7 @@ def test_a_run_whose_config_was_deleted_first_is_gone_and_what_was_read_stays(
 ):
     monkeypatch.setattr(records, "AT_REST_SECONDS", 0.1)
     with changing.messages(key_of(run)) as messages:
-        collected(messages, 3)
+        collected(messages, 4)
         run.config_file.unlink()
         told = next(messages)
         assert told.keys() == {"run", "facts"}
@@ -225,7 +236,7 @@ def test_a_run_whose_config_was_deleted_first_is_gone_and_what_was_read_stays(
 def test_a_run_that_is_made_again_is_read_anew(changing, run, monkeypatch):
     monkeypatch.setattr(records, "AT_REST_SECONDS", 0.1)
     with changing.messages(key_of(run)) as messages:
-        collected(messages, 3)
+        collected(messages, 4)
         shutil.rmtree(run.path)
         assert next(messages)["facts"]["status"] == "gone"
         new_run(run.path.parent, run.name, "CartPole-v1")
@@ -247,7 +258,7 @@ def test_a_config_that_a_link_leads_to_is_not_read(changing, run, tmp_path):
 def test_values_that_no_chart_draws_are_not_sent(changing, run):
     append(run.updates, {"update": 2, "observations": 350, "loss": 0.25, "__proto__": 1.0})
     with changing.messages(key_of(run)) as messages:
-        assert collected(messages, 3)["updates"].keys() == {"env_steps", "loss", "mean_q"}
+        assert collected(messages, 4)["updates"].keys() == {"env_steps", "loss", "mean_q"}
 
 
 def test_a_run_that_cannot_be_read_is_told_and_others_go_on(changing, run, monkeypatch):
@@ -257,7 +268,7 @@ def test_a_run_that_cannot_be_read_is_told_and_others_go_on(changing, run, monke
     other = recorded_run(run.path.parent, "other")
     monkeypatch.setattr(records, "AT_REST_SECONDS", 0.1)
     with changing.messages(key_of(run), key_of(other)) as messages:
-        collected(messages, 6)
+        collected(messages, 8)
         monkeypatch.setattr(records, "read_facts", fail)
         said = [next(messages)["facts"]["error"] for _ in range(2)]
         assert said == ["the disk is gone"] * 2
@@ -267,7 +278,7 @@ def test_a_run_that_cannot_be_read_is_told_and_others_go_on(changing, run, monke
 
 def test_the_server_ends_if_it_can_read_no_more(run, monkeypatch):
     monkeypatch.setattr(records.WatchedRun, "read", lambda _self: 1 / 0)
-    client = Client(Server(Shelf(run.path.parent)))
+    client = Client(Server(RunIndex(run.path.parent)))
     with ThreadPoolExecutor() as pool:
         serving = pool.submit(client.server.serve)
         with client.messages(key_of(run)) as messages:
@@ -286,8 +297,8 @@ def test_a_damaged_record_is_named_and_the_others_are_shown(changing, run):
 
 def test_a_run_with_broken_settings_is_damaged(run, serve):
     run.config_file.write_text("seed = 'x'")
-    with serve(Shelf(run.path.parent)).messages(key_of(run)) as messages:
-        facts = collected(messages, 3)["facts"]
+    with serve(RunIndex(run.path.parent)).messages(key_of(run)) as messages:
+        facts = collected(messages, 4)["facts"]
     assert facts["status"] == "damaged"
     assert "seed" in facts["error"]
 
@@ -300,7 +311,7 @@ def test_a_run_that_there_is_not_is_told(client):
 def test_another_environment_has_records_and_no_flights(tmp_path, serve):
     cart = new_run(tmp_path / "runs", "cart", "CartPole-v1")
     append(cart.episodes, episode(1, outcome="terminated"))
-    with serve(Shelf(tmp_path / "runs")).messages(key_of(cart)) as messages:
+    with serve(RunIndex(tmp_path / "runs")).messages(key_of(cart)) as messages:
         found = collected(messages, 1)
     assert not found["facts"]["is_lander"]
     assert found["episodes"]["outcome"] == ["terminated"]
@@ -310,7 +321,7 @@ def test_hostile_names_are_escaped_in_the_page(tmp_path, serve):
     hostile = "<img src=x onerror=alert(1)>\u202e\x1b"
     folder = new_run(tmp_path / "runs", "plain")
     renamed = folder.path.rename(folder.path.with_name(hostile.replace("/", "")))
-    client = serve(Shelf(tmp_path / "runs"))
+    client = serve(RunIndex(tmp_path / "runs"))
     page = (
         client.ask("").body.decode()
         + client.ask(f"?run={key_of(folders.RunFolder(renamed))}").body.decode()
@@ -324,9 +335,9 @@ def test_a_taken_port_is_one_line():
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         with pytest.raises(UserError, match=f"port = {port}: cannot be used"):
-            Server(Shelf.__new__(Shelf), port)
+            Server(RunIndex.__new__(RunIndex), port)
     with pytest.raises(UserError, match="port = 70000"):
-        Server(Shelf.__new__(Shelf), 70_000)
+        Server(RunIndex.__new__(RunIndex), 70_000)
 
 
 def collected(messages, records):

@@ -21,29 +21,29 @@ from touchdown.web import page
 from touchdown.web.watch import flights, pages
 from touchdown.web.watch.access import HEADERS, Guard, policy_for
 from touchdown.web.watch.hub import MOST_RUNS, Hub
-from touchdown.web.watch.shelf import Shelf
+from touchdown.web.watch.run_index import RunIndex
 
 _TYPES = {".js": "text/javascript"}
 
 
-def make_app(shelf: Shelf, hub: Hub, token: str) -> ASGIApp:
+def make_app(index: RunIndex, hub: Hub, token: str) -> ASGIApp:
     """The server's application.
 
     Args:
-        shelf: the runs that may be shown.
+        index: the runs that may be shown.
         hub: reads the runs that pages show.
         token: the secret at the beginning of each address.
     """
 
     def show(request: Request) -> Response:
         keys = _keys(request)
-        found = [run for key in keys if (run := shelf.find(key))]
-        html = pages.runs_page(shelf) if not keys else pages.live_page(keys, found)
+        found = [run for key in keys if (run := index.find(key))]
+        html = pages.runs_page(index) if not keys else pages.live_page(keys, found)
         security = {"Content-Security-Policy": policy_for(html)}
         return Response(html, media_type="text/html", headers=HEADERS | security)
 
     def listing(_request: Request) -> Response:
-        return JSONResponse(shelf.listing(), headers=HEADERS)
+        return JSONResponse(index.listing(), headers=HEADERS)
 
     async def events(request: Request) -> Response:
         stream = _stream(hub, _keys(request))
@@ -58,7 +58,7 @@ def make_app(shelf: Shelf, hub: Hub, token: str) -> ASGIApp:
         return JSONResponse(row, headers=HEADERS)
 
     def folder_of(request: Request) -> RunFolder:
-        run = shelf.find(str(request.path_params["key"]))
+        run = index.find(str(request.path_params["key"]))
         if run is None:
             raise UserError("there is no such run")
         return run.folder

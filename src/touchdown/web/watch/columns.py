@@ -29,6 +29,10 @@ class Columns:
     def __len__(self) -> int:
         return self._rows
 
+    def column(self, name: str) -> Sequence[Any]:
+        """The values of one column, without a value where no row has one."""
+        return self._values.get(name, ())
+
     def restart(self) -> None:
         """Forget all rows."""
         self._values = {}

@@ -60,7 +60,7 @@ class Facts:
 
 
 def status_of(folder: RunFolder) -> Status:
-    """Whether a run is under way, finished, stopped, or was deleted."""
+    """Whether a run is under way, finished, stopped, or was deleted; its files are not read."""
     if not folder.path.is_dir():
         return "gone"
     if folders.is_locked(folder):
@@ -86,7 +86,7 @@ def read_facts(folder: RunFolder, label: str, group: str, before: Facts | None =
     if status == "gone" and before is None:
         return facts
     try:
-        config_file = _identity(folder.config_file)
+        config_file = identity_of(folder.config_file)
         # a folder is deleted a file at a time; what was read before is still shown
         if before is not None and config_file == _MISSING:
             return replace(before, status="gone", error="")
@@ -111,8 +111,12 @@ def read_facts(folder: RunFolder, label: str, group: str, before: Facts | None =
     return facts
 
 
-def _identity(path: Path) -> tuple[int, int]:
-    """Inode and time of change of a file, or `_MISSING`."""
+def identity_of(path: Path) -> tuple[int, int]:
+    """Inode and time of change of a file, which differ if it was replaced; (0, 0) if it is missing.
+
+    Raises:
+        UnreadableError: it is a symbolic link.
+    """
     try:
         found = path.lstat()
     except FileNotFoundError:

@@ -7,7 +7,7 @@ from contextlib import suppress
 from typing import Any
 
 from touchdown.web.watch.records import Cursor, WatchedRun
-from touchdown.web.watch.shelf import Shelf
+from touchdown.web.watch.run_index import RunIndex
 
 HEARTBEAT_SECONDS = 10.0
 """After which a page hears that the server is still there."""
@@ -20,11 +20,11 @@ class Hub:
     """The runs that pages show now.
 
     Args:
-        shelf: where runs are found.
+        index: where runs are found.
     """
 
-    def __init__(self, shelf: Shelf) -> None:
-        self._shelf = shelf
+    def __init__(self, index: RunIndex) -> None:
+        self._index = index
         self._runs: dict[str, WatchedRun] = {}
         self._pages: dict[str, int] = {}
         self._open = 0
@@ -110,7 +110,7 @@ class Hub:
 
     async def _find(self, key: str) -> WatchedRun | None:
         if key not in self._runs:  # a search takes long where there are many runs
-            found = await asyncio.to_thread(self._shelf.find, key)
+            found = await asyncio.to_thread(self._index.find, key)
             if found is not None:
                 run = WatchedRun(found.folder, found.key, found.label, found.group)
                 self._runs.setdefault(key, run)  # another page may have found it meanwhile

@@ -12,7 +12,7 @@ from touchdown.core.errors import UserError
 from touchdown.runs.folder import RunFolder
 from touchdown.web.watch import flights, pages
 from touchdown.web.watch.records import Cursor, WatchedRun
-from touchdown.web.watch.shelf import Shelf
+from touchdown.web.watch.run_index import RunIndex
 
 MOST_BYTES = 16_000_000
 """Of weights in a file, and as many of recorded episodes; of more, some are left out, evenly."""
@@ -25,11 +25,11 @@ class _Content:
     policies: dict[str, bytes] = field(default_factory=dict[str, bytes])
 
 
-def write_page(shelf: Shelf, keys: Sequence[str], out: Path) -> None:
+def write_page(index: RunIndex, keys: Sequence[str], out: Path) -> None:
     """Write the page of runs, with their saved policies and recorded episodes.
 
     Args:
-        shelf: where the runs are found.
+        index: where the runs are found.
         keys: the runs.
         out: the file.
 
@@ -39,7 +39,7 @@ def write_page(shelf: Shelf, keys: Sequence[str], out: Path) -> None:
     content = _Content()
     labels: list[str] = []
     for key in keys:
-        found = shelf.find(key)
+        found = index.find(key)
         if found is None:
             raise UserError(f"run {key!r}: was deleted")
         run = WatchedRun(found.folder, key, found.label, found.group)

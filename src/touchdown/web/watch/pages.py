@@ -9,24 +9,24 @@ from typing import Any
 from touchdown.core.errors import UserError
 from touchdown.core.reading import read_bytes
 from touchdown.web import page
-from touchdown.web.watch.shelf import Shelf, Shelved
+from touchdown.web.watch.run_index import IndexedRun, RunIndex
 
 CHARTS = "plotly.min.js"
 _STATIC = "./static/"
 
 
-def runs_page(shelf: Shelf) -> str:
+def runs_page(index: RunIndex) -> str:
     """The list of all runs."""
     return page.render(
         "runs.html.j2",
         title="Runs",
-        data={"runs": shelf.listing()},
+        data={"runs": index.listing()},
         binaries={},
         modules_at=_STATIC,
     )
 
 
-def live_page(keys: Sequence[str], found: Sequence[Shelved]) -> str:
+def live_page(keys: Sequence[str], found: Sequence[IndexedRun]) -> str:
     """The page that follows runs.
 
     Args:

@@ -61,7 +61,7 @@ class WatchedRun:
         self.facts: Facts | None = None
         self._version = 0
         self._next = 0.0
-        self._columns = {name: Columns() for name in ("episodes", "updates", "validations")}
+        self._columns = {name: Columns() for name in (*_ROWS, _FIRSTS)}
         self._tails = _tails(folder)
 
     @property
@@ -108,11 +108,23 @@ class WatchedRun:
             for columns in self._columns.values():
                 columns.restart()
         for name, added in reading.added.items():
+            rows = _ROWS[name](added.rows)
             if added.restarted:
                 self._columns[name].restart()
-            self._columns[name].extend(_ROWS[name](added.rows))
+            self._columns[name].extend(rows)
+            if name == "episodes":
+                self._take_firsts(rows, restarted=added.restarted)
             is_new = is_new or added.restarted or bool(added.rows)
         return is_new
+
+    def _take_firsts(self, rows: _Rows, *, restarted: bool) -> None:
+        """Keep the first episode with each outcome, which a long record may leave out."""
+        firsts = self._columns[_FIRSTS]
+        if restarted:
+            firsts.restart()
+        for row in rows:
+            if row["outcome"] not in firsts.column("outcome"):
+                firsts.extend([row])
 
     def since(self, cursor: Cursor) -> Iterator[dict[str, Any]]:
         """The messages that a page lacks; the cursor moves with each that is taken."""
@@ -170,3 +182,4 @@ def _validations(rows: Sequence[ValidationRow]) -> _Rows:
 _DRAWN = {"observations": "env_steps", "loss": "loss", "mean_q": "mean_q", "max_q": "max_q"}
 """What pages call the values of an update that they draw."""
 _ROWS = {"episodes": _episodes, "updates": _updates, "validations": _validations}
+_FIRSTS = "firsts"

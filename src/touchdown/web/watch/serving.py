@@ -12,12 +12,14 @@ from touchdown.core.errors import UserError, one_line
 from touchdown.web.watch.access import new_token
 from touchdown.web.watch.app import make_app
 from touchdown.web.watch.hub import Hub
-from touchdown.web.watch.shelf import Shelf
+from touchdown.web.watch.run_index import RunIndex
 
 HOST = "127.0.0.1"
 _CLOSING_SECONDS = 2
 """That open connections have when the server stops."""
 _LOOK_SECONDS = 0.2
+_MOST_CONNECTIONS = 256
+"""A page keeps one open, and several while it loads."""
 _LAST_PORT = 65_535
 ShouldEnd = Callable[[float | None], bool]
 
@@ -26,14 +28,14 @@ class Server:
     """A server that listens, and does not answer before `serve`.
 
     Args:
-        shelf: the runs that it may show.
+        index: the runs that it may show.
         port: number of the port; 0 takes a free one.
 
     Raises:
         UserError: the port is taken or not allowed.
     """
 
-    def __init__(self, shelf: Shelf, port: int = 0) -> None:
+    def __init__(self, index: RunIndex, port: int = 0) -> None:
         if not 0 <= port <= _LAST_PORT:
             raise UserError(f"port = {port}: must be from 0 to {_LAST_PORT}")
         try:
@@ -43,7 +45,7 @@ class Server:
             raise UserError(
                 f"port = {port}: cannot be used: {reason}; choose another, or leave it out"
             ) from None
-        self._shelf = shelf
+        self._index = index
         self.port: int = self._socket.getsockname()[1]
         self.token = new_token()
 
@@ -63,9 +65,9 @@ class Server:
             should_end: called several times in a second with the time at which a page was last used
                 on the monotonic clock, None if never; whether to stop.
         """
-        hub = Hub(self._shelf)
+        hub = Hub(self._index)
         config = uvicorn.Config(
-            make_app(self._shelf, hub, self.token),
+            make_app(self._index, hub, self.token),
             log_level="critical",
             access_log=False,
             server_header=False,
@@ -73,6 +75,7 @@ class Server:
             http="h11",
             loop="asyncio",
             ws="none",
+            limit_concurrency=_MOST_CONNECTIONS,
         )
         _Uvicorn(config, hub, should_end).run(sockets=[self._socket])
         if hub.failure is not None:

@@ -14,6 +14,8 @@ import {
 /** @typedef {{runs: Shown[], colours: Colours, axis: Axis}} View */
 
 const MOST_POINTS = 1500;
+const NO_EPISODES = "no episodes so far";
+const NO_UPDATES = "no updates so far";
 
 /** @param {Axis} axis */
 const axisName = (axis) => (axis === "seconds" ? "seconds of training" : "environment steps");
@@ -61,6 +63,7 @@ export async function drawCurve(element, view, range) {
     xaxis: xaxis(view),
     yaxis: returnsRange(view),
     revision: view.axis,
+    empty: NO_EPISODES,
     shapes: threshold === null ? [] : [thresholdLine(threshold, view.colours)],
     annotations: one ? firstsOf(one.history, view) : [],
   });
@@ -139,14 +142,12 @@ function thresholdLine(threshold, colours) {
 /** Marks of the first crash, the first time-out and the first landing. */
 function firstsOf(/** @type {RunHistory} */ history, /** @type {View} */ view) {
   if (!history.facts?.is_lander) return [];
-  const xs = history.axis("episodes", view.axis);
-  const returns = history.episodes.get("episode_return");
   const lowest = lowestShown(history);
   return FIRSTS.flatMap(([outcome, text], place) => {
-    const row = history.first(outcome);
-    if (row < 0) return [];
+    const first = history.first(outcome);
+    if (!first) return [];
     return [{
-      x: xs[row], y: Math.max(lowest, returns[row]), text, showarrow: true, arrowhead: 0,
+      x: first[view.axis], y: Math.max(lowest, first.episode_return), text, showarrow: true, arrowhead: 0,
       arrowwidth: 1, arrowcolor: view.colours.muted, ax: 22, ay: 24 + 16 * place,
       xanchor: "left", font: { size: 11, color: view.colours.ink },
       bgcolor: faded(view.colours.card, 0.8),
@@ -159,7 +160,7 @@ export function drawLoss(element, view) {
   const traces = view.runs.map(({ history, colour }) =>
     line(history, binned(history.axis("updates", view.axis), history.updates.get("loss")), colour, ".3g"));
   return drawPlot(element, traces, view.colours, {
-    x: axisName(view.axis), y: "loss", xaxis: xaxis(view), revision: view.axis,
+    x: axisName(view.axis), y: "loss", xaxis: xaxis(view), revision: view.axis, empty: NO_UPDATES,
     yaxis: { type: "log", exponentformat: "power", nticks: 5 },
   });
 }
@@ -169,7 +170,7 @@ export function drawEpsilon(element, view) {
   const traces = view.runs.map(({ history, colour }) =>
     line(history, binned(history.axis("episodes", view.axis), history.episodes.get("epsilon")), colour, ".3f"));
   return drawPlot(element, traces, view.colours, {
-    x: axisName(view.axis), y: "ε", xaxis: xaxis(view), revision: view.axis,
+    x: axisName(view.axis), y: "ε", xaxis: xaxis(view), revision: view.axis, empty: NO_EPISODES,
     yaxis: { rangemode: "tozero" },
   });
 }
@@ -185,7 +186,7 @@ export function drawQ(element, view) {
     return [{ ...top, name: "maximum" }, { ...mean, name: "mean" }];
   });
   return drawPlot(element, traces, view.colours, {
-    x: axisName(view.axis), y: "Q", xaxis: xaxis(view), revision: view.axis, legend: isOne,
+    x: axisName(view.axis), y: "Q", xaxis: xaxis(view), revision: view.axis, empty: NO_UPDATES, legend: isOne,
     hovermode: isOne ? "x unified" : "closest",
   });
 }
@@ -203,7 +204,7 @@ export function drawOutcomes(element, view) {
     return line(history, binned(xs, shares.get(wanted) ?? xs.map(() => 0)), colour, ".0%");
   });
   return drawPlot(element, traces, view.colours, {
-    x: axisName(view.axis), y: "share", xaxis: xaxis(view), revision: view.axis,
+    x: axisName(view.axis), y: "share", xaxis: xaxis(view), revision: view.axis, empty: NO_EPISODES,
     yaxis: { range: [0, 1], tickformat: ".0%" }, hovermode: only ? "x unified" : "closest",
   });
 }

@@ -19,7 +19,7 @@
  * @property {{episodes: number, mean_return: number}|null} test
  */
 
-/** @typedef {"episodes"|"updates"|"validations"} RecordName */
+/** @typedef {"episodes"|"updates"|"validations"|"firsts"} RecordName */
 /** @typedef {"env_steps"|"seconds"} Axis */
 
 /**
@@ -76,6 +76,8 @@ export class RunHistory {
   episodes = new Columns();
   updates = new Columns();
   validations = new Columns();
+  /** The first episode with each outcome, which `episodes` may leave out. */
+  firsts = new Columns();
 
   /** @param {string} key */
   constructor(key) {
@@ -123,9 +125,17 @@ export class RunHistory {
     return before[1] + share * (seconds[after] - before[1]);
   }
 
-  /** The first episode with an outcome, as the index of its row; -1 without one. */
-  first(/** @type {string} */ outcome) {
-    return this.episodes.get("outcome").indexOf(outcome);
+  /**
+   * The first episode with an outcome.
+   * @param {string} outcome
+   * @returns {{env_steps: number, seconds: number, episode_return: number}|null}
+   */
+  first(outcome) {
+    const row = this.firsts.get("outcome").indexOf(outcome);
+    if (row < 0) return null;
+    const [env_steps, seconds, episode_return] =
+      ["env_steps", "seconds", "episode_return"].map((name) => this.firsts.get(name)[row]);
+    return { env_steps, seconds, episode_return };
   }
 }
 

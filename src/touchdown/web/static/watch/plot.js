@@ -32,12 +32,19 @@ function axisTitle(text, colours) {
   return { text, font: { size: 11, color: colours.muted }, standoff: 6 };
 }
 
+/** A text in the middle of a chart. @param {string} text @param {Colours} colours */
+function said(text, colours) {
+  const middle = { xref: "paper", yref: "paper", x: 0.5, y: 0.5 };
+  return { ...middle, text, showarrow: false, font: { size: 12, color: colours.muted } };
+}
+
 /**
  * @param {HTMLElement} element
  * @param {Trace[]} traces
  * @param {Colours} colours
  * @param {{x: string, y: string, xaxis?: object, yaxis?: object, legend?: boolean,
- *   hovermode?: string, shapes?: object[], annotations?: object[], revision?: string}} options
+ *   hovermode?: string, shapes?: object[], annotations?: object[], revision?: string,
+ *   empty?: string}} options where `empty` is said instead of a chart without points
  */
 export function drawPlot(element, traces, colours, options) {
   const axis = {
@@ -49,6 +56,8 @@ export function drawPlot(element, traces, colours, options) {
     tickfont: { size: 11 },
     fixedrange: matchMedia("(pointer: coarse)").matches, // so that a finger scrolls the page
   };
+  const isEmpty = traces.every((trace) => !trace.x?.length);
+  const shown = isEmpty ? { ...axis, showgrid: false, showticklabels: false, zeroline: false } : axis;
   const layout = {
     autosize: true,
     margin: { l: 44, r: 10, t: 8, b: 36 },
@@ -64,10 +73,10 @@ export function drawPlot(element, traces, colours, options) {
     hovermode: options.hovermode ?? "closest",
     showlegend: options.legend ?? false,
     legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom", font: { size: 11 } },
-    xaxis: { ...axis, title: axisTitle(options.x, colours), ...options.xaxis },
-    yaxis: { ...axis, title: axisTitle(options.y, colours), ...options.yaxis },
-    shapes: options.shapes ?? [],
-    annotations: options.annotations ?? [],
+    xaxis: { ...shown, title: axisTitle(options.x, colours), ...options.xaxis },
+    yaxis: { ...shown, title: axisTitle(options.y, colours), ...options.yaxis },
+    shapes: isEmpty ? [] : options.shapes ?? [],
+    annotations: isEmpty ? [said(options.empty ?? "", colours)] : options.annotations ?? [],
     uirevision: options.revision ?? "same", // what the reader has zoomed to stays
   };
   return plotly().react(element, traces, layout, CONFIG);

@@ -8,16 +8,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from touchdown.core.errors import UserError
 from touchdown.core.terminal import printable_line
 from touchdown.runs.folder import RunFolder
-from touchdown.web.watch.facts import status_of
+from touchdown.web.watch.facts import identity_of, status_of
 
 _FRESH_SECONDS = 1.0
 """For which a listing is used again."""
 
 
 @dataclass(frozen=True, slots=True)
-class Shelved:
+class IndexedRun:
     """One run that may be shown."""
 
     key: str
@@ -36,11 +37,11 @@ class StudyRuns:
     """By the name of the study: what each run is called, by the name of its folder."""
 
 
-class Shelf:
+class RunIndex:
     """The runs in a folder, those of the studies in it, and those that the user named.
 
     Requests name a run by its key, which is looked up here, so that no request can lead elsewhere.
-    A folder that a symbolic link leads out of the runs' folder to is not on the shelf, unless the
+    A folder that a symbolic link leads out of the runs' folder to is not in the index, unless the
     user named it.
 
     Args:
@@ -58,17 +59,18 @@ class Shelf:
         self._runs_dir = runs_dir
         self._named = named
         self._studies = studies
-        self._found: dict[str, Shelved] = {}
+        self._found: dict[str, IndexedRun] = {}
         self._until = 0.0
+        self._damaged: dict[Path, tuple[tuple[int, int], bool]] = {}
 
-    def all(self) -> list[Shelved]:
+    def all(self) -> list[IndexedRun]:
         """Every run: first those that the user named, then the newest."""
         if time.monotonic() >= self._until:
             self._found = self._find()
             self._until = time.monotonic() + _FRESH_SECONDS
         return list(self._found.values())
 
-    def find(self, key: str) -> Shelved | None:
+    def find(self, key: str) -> IndexedRun | None:
         """The run with a key; None if there is none."""
         if key not in self._found:
             self.all()
@@ -81,19 +83,31 @@ class Shelf:
                 "key": run.key,
                 "label": run.label,
                 "group": run.group,
-                "status": status_of(run.folder),
+                "status": "damaged" if self._is_damaged(run.folder) else status_of(run.folder),
                 "changed": _changed(run.folder),
             }
             for run in self.all()
         ]
         return sorted(rows, key=lambda row: (row["status"] != "training", -row["changed"]))
 
-    def _find(self) -> dict[str, Shelved]:
-        found: dict[str, Shelved] = {}
+    def _is_damaged(self, folder: RunFolder) -> bool:
+        """Whether a run's config cannot be read; it is read once."""
+        try:
+            config_file = identity_of(folder.config_file)
+        except (OSError, UserError):
+            return True
+        known = self._damaged.get(folder.path)
+        if known is None or known[0] != config_file:
+            known = config_file, not _has_config(folder)
+            self._damaged[folder.path] = known
+        return known[1]
+
+    def _find(self) -> dict[str, IndexedRun]:
+        found: dict[str, IndexedRun] = {}
 
         def add(folder: RunFolder, label: str, group: str = "") -> None:
             key = key_of(folder)
-            found.setdefault(key, Shelved(key, folder, printable_line(label), group))
+            found.setdefault(key, IndexedRun(key, folder, printable_line(label), group))
 
         studies = self._studies()
         labels = {} if studies is None else _labels(studies)
@@ -131,6 +145,15 @@ def _inside(runs_dir: Path) -> list[RunFolder]:
     found = [RunFolder(path.parent) for path in runs_dir.glob("*/config.toml")]
     inside = [folder for folder in found if folder.path.resolve().parent == root]
     return sorted(inside, key=lambda folder: (_changed(folder), folder.name))
+
+
+def _has_config(folder: RunFolder) -> bool:
+    """Whether a run has a config that can be read, or is being deleted."""
+    try:
+        folder.config()
+    except (OSError, UserError):
+        return not folder.config_file.is_file()
+    return True
 
 
 def _changed(folder: RunFolder) -> float:

@@ -15,7 +15,7 @@ MOST_POLICIES = 100
 """Policies that a run keeps at most."""
 
 
-class PoliciesOverTraining:
+class PolicySaver:
     """The policies of one run, from before training to the latest validation.
 
     What is kept depends on the validations alone, so that a resumed run ends with the same files.

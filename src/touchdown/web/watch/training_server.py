@@ -33,11 +33,12 @@ _MOST_BYTES = 10_000
 
 
 @contextmanager
-def watched(folder: RunFolder) -> Generator[str]:
+def watched(folder: RunFolder, *, browser: bool = True) -> Generator[str]:
     """Serve the page of a run while the block trains it, and after that while a page is open.
 
     Args:
         folder: the run's folder.
+        browser: whether to open the page in a browser, if this machine has a display.
 
     Yields:
         The address of the page, which contains a secret.
@@ -48,7 +49,7 @@ def watched(folder: RunFolder) -> Generator[str]:
     try:
         process = subprocess.Popen(  # noqa: S603 - our own program
             # without the current folder, where there may be other modules of the same names
-            [sys.executable, "-P", "-m", __name__, str(folder.path.absolute())],
+            [sys.executable, "-P", "-m", __name__, str(folder.path.absolute()), str(int(browser))],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
@@ -103,21 +104,21 @@ class _Ending:
         return now > max(self._ended, last_used) + _CLOSED_SECONDS
 
 
-def _main(folder: RunFolder) -> None:
+def _main(folder: RunFolder, *, browser: bool) -> None:
+    from touchdown.web.watch.run_index import RunIndex, key_of  # noqa: PLC0415 - as above
     from touchdown.web.watch.serving import Server  # noqa: PLC0415 - errors are reported below
-    from touchdown.web.watch.shelf import Shelf, key_of  # noqa: PLC0415 - as above
 
-    server = Server(Shelf(folder.path.parent, [folder]))
+    server = Server(RunIndex(folder.path.parent, [folder]))
     address = server.address_of([key_of(folder)])
     processes.print_out(json.dumps({"address": address}) + "\n")
     processes.silence(sys.stdout)
-    with open_page(address):
+    with open_page(address if browser else None):
         server.serve(_Ending(0))
 
 
 if __name__ == "__main__":
     os.nice(_LOWER_PRIORITY)
     try:
-        _main(RunFolder(Path(sys.argv[1])))
+        _main(RunFolder(Path(sys.argv[1])), browser=sys.argv[2] == "1")
     except (ImportError, OSError, UserError) as error:
         processes.print_out(json.dumps({"error": one_line(error)}) + "\n")

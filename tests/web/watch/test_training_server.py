@@ -15,8 +15,8 @@ import pytest
 import touchdown
 from touchdown.core.errors import UserError
 from touchdown.runs.folder import RunFolder
-from touchdown.web.watch import beside
-from touchdown.web.watch.beside import watched
+from touchdown.web.watch import training_server
+from touchdown.web.watch.training_server import watched
 
 
 @pytest.fixture(autouse=True)
@@ -43,7 +43,7 @@ def test_the_server_stays_while_a_page_is_open_and_ends_with_it(run):
     while is_open(port):
         assert time.monotonic() < training_has_ended + 60
         time.sleep(0.1)
-    assert time.monotonic() > training_has_ended + beside._CLOSED_SECONDS
+    assert time.monotonic() > training_has_ended + training_server._CLOSED_SECONDS
 
 
 def test_a_page_is_answered_after_the_end_of_training(run):
@@ -52,7 +52,7 @@ def test_a_page_is_answered_after_the_end_of_training(run):
         page = HTTPConnection("127.0.0.1", port, timeout=20)
         page.request("GET", path)
         answer = page.getresponse()
-    time.sleep(beside._CLOSED_SECONDS + 1)
+    time.sleep(training_server._CLOSED_SECONDS + 1)
     with closing(page), answer, closing(HTTPConnection("127.0.0.1", port, timeout=20)) as other:
         other.request("GET", path.partition("events")[0])
         with other.getresponse() as late:
@@ -122,6 +122,24 @@ def test_its_address_is_printed_even_if_progress_is_not_shown(tmp_path, capsys):
         **settings,
     )
     assert capsys.readouterr().out.startswith("watch: http://127.0.0.1:")
+    # a finished run has no training to watch
+    touchdown.resume("x", runs_dir=tmp_path, watch=True, progress=False)
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize("browser", [True, False])
+def test_the_page_opens_in_a_browser_only_if_asked(run, tmp_path, monkeypatch, browser):
+    opened = tmp_path / "opened"
+    program = tmp_path / "browser"
+    program.write_text(f"#!/bin/sh\ntouch {opened}\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("BROWSER", str(program))
+    monkeypatch.setenv("DISPLAY", ":0")
+    with watched(run, browser=browser):
+        until = time.monotonic() + (20 if browser else 2)
+        while not opened.exists() and time.monotonic() < until:
+            time.sleep(0.1)
+        assert opened.exists() == browser
 
 
 def test_a_list_of_runs_that_is_asked_for_keeps_the_server(run):
@@ -129,7 +147,7 @@ def test_a_list_of_runs_that_is_asked_for_keeps_the_server(run):
         port, path = parts_of(address)
         start = path.partition("events")[0]
     for _ in range(3):
-        time.sleep(0.7 * beside._CLOSED_SECONDS)
+        time.sleep(0.7 * training_server._CLOSED_SECONDS)
         with closing(HTTPConnection("127.0.0.1", port, timeout=20)) as page:
             page.request("GET", f"{start}runs")
             with page.getresponse() as answer:
