@@ -39,9 +39,11 @@ PRELOADED = (
     "touchdown.agents.learners.factory",
     "touchdown.api.exporting",
     "touchdown.api.flying",
+    "touchdown.api.playing",
     "touchdown.api.studies",
     "touchdown.api.training",
     "touchdown.api.tuning",
+    "touchdown.api.watching",
     "touchdown.figures.curve",
     "touchdown.figures.flights",
     "touchdown.figures.importance",
@@ -122,6 +124,18 @@ VERBS = {
         ".model.*",
         ("model/*",),
         WEIGHTS,
+    ),
+    "play": Verb(
+        ("play", "begin.toml", "--out=play.html", "--force", "--no-browser"),
+        ".play.html*",
+        ("play.html",),
+        "begin.toml",
+    ),
+    "watch": Verb(
+        ("watch", "whole", "--out=watch.html", "--force", "--no-browser"),
+        ".watch.html*",
+        (),  # the page names a run by a digest of its folder
+        f"{RUN}/config.toml",
     ),
     "compare": Verb(
         ("compare", "whole", "--out=page", "--force"),

@@ -82,6 +82,13 @@ def test_a_damaged_record_is_told_in_the_file(run, written):
     assert "updates.jsonl: line 2" in data["messages"][0]["facts"]["error"]
 
 
+def test_a_run_with_broken_settings_is_refused_and_nothing_is_written(run, written, tmp_path):
+    run.config_file.write_text("seed = 'x'")
+    with pytest.raises(UserError, match=r"config.toml: seed = 'x': must be a whole number"):
+        written()
+    assert not list(tmp_path.glob("*.html"))
+
+
 def test_a_deleted_run_is_refused_and_nothing_is_written(run, tmp_path):
     index = RunIndex(run.path.parent)
     index.all()

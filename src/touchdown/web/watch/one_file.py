@@ -68,6 +68,8 @@ def _add(content: _Content, run: WatchedRun, most: int) -> None:
     facts = messages[0]["facts"]
     if facts["status"] == "gone":
         raise UserError(f"run {run.folder.name!r}: was deleted")
+    if facts["status"] == "damaged":
+        raise UserError(facts["error"])
     weights = dict(_weights(run.folder, facts["policies"], most))
     facts["policies"] = list(weights)
     if not weights and facts["has_best"]:
