@@ -64,6 +64,12 @@ inline void check_action(std::int32_t action, int num_actions, const char* what)
                               ": must be from 0 to " + std::to_string(num_actions - 1));
 }
 
+// How an episode ended in a step, as the agent learns it; both are false if it goes on.
+struct EpisodeEnd {
+  bool terminated = false;
+  bool truncated = false;
+};
+
 // What followed a step.
 struct Learnt {
   bool updated = false;
@@ -80,8 +86,8 @@ class Interaction {
   // steps of all environments. It stops after a step that ended an episode, and after a step whose
   // updates completed a metrics period; then it returns the metrics of the last update.
   //
-  // After each step, `store(i, truncated)` stores that of environment `i`, whose episode still has
-  // the observation before it, and `learn()` does the updates that are due; it returns `Learnt`.
+  // After each step, `store(i, end)` stores that of environment `i`, whose episode still has the
+  // observation before it, and `learn()` does the updates that are due; it returns `Learnt`.
   template <typename Store, typename Learn>
   std::optional<fused::Metrics> advance(const Acting& acting, std::int64_t max_steps,
                                         Counts& counts, Store store, Learn learn) {
@@ -123,9 +129,12 @@ class Interaction {
     for (std::size_t i = 0; i < num_envs; ++i) {
       ++environments.steps[i];
       const bool truncated = environments.steps[i] >= settings_.max_episode_steps;
-      store(i, truncated);
+      const bool terminated = environments.results.terminated[i];
+      store(i, EpisodeEnd{
+                   .terminated = terminated || (truncated && !settings_.bootstrap_on_time_limit),
+                   .truncated = truncated});
       record_step(environments, acting.episodes, i);
-      if (environments.results.terminated[i] || truncated) ++num_ended;
+      if (terminated || truncated) ++num_ended;
     }
     counts.env_steps += static_cast<std::int64_t>(num_envs);
     counts.episodes += num_ended;

@@ -14,17 +14,16 @@ std::optional<fused::Metrics> Loop::advance(const Parts& parts, std::int64_t max
   const Acting acting = acting_of(parts);
   return interaction_.advance(
       acting, max_steps, counts,
-      [&](std::size_t i, bool truncated) { store(parts, acting, i, truncated, counts); },
+      [&](std::size_t i, EpisodeEnd end) { store(parts, acting, i, end, counts); },
       [&] { return learn(parts, counts); });
 }
 
-void Loop::store(const Parts& parts, const Acting& acting, std::size_t i, bool truncated,
+void Loop::store(const Parts& parts, const Acting& acting, std::size_t i, EpisodeEnd end,
                  Counts& counts) {
   const Environments& environments = parts.environments;
   const std::size_t size = parts.memory.num_observations;
   const auto n = static_cast<std::size_t>(settings_.n_step);
   const bool sarsa = settings_.rule.sarsa;
-  const bool terminated = environments.results.terminated[i];
   const float* const o_tm1 = parts.episodes.observations + i * size;
   const float* const o_t = environments.results.observations + i * size;
   const auto action = static_cast<std::int32_t>(environments.actions[i]);
@@ -38,9 +37,9 @@ void Loop::store(const Parts& parts, const Acting& acting, std::size_t i, bool t
   parts.windows.a_tm1[place] = action;
   parts.windows.r_t[place] = environments.results.rewards[i];
 
-  Step last{.terminated = terminated, .a_t = 0, .o_t = o_t};
-  if (terminated || truncated) {
-    if (sarsa && !terminated) last.a_t = interaction_.action_after(acting, o_t, counts);
+  Step last{.terminated = end.terminated, .a_t = 0, .o_t = o_t};
+  if (end.terminated || end.truncated) {
+    if (sarsa && !end.terminated) last.a_t = interaction_.action_after(acting, o_t, counts);
     store_oldest(parts, i, static_cast<std::size_t>(length), last, counts);
   } else if (!sarsa && length == settings_.n_step) {
     store_oldest(parts, i, 1, last, counts);

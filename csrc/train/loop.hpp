@@ -67,7 +67,7 @@ class Loop {
 
  private:
   // Stores the transitions that the latest step of environment `i` completes.
-  void store(const Parts& parts, const Acting& acting, std::size_t i, bool truncated,
+  void store(const Parts& parts, const Acting& acting, std::size_t i, EpisodeEnd end,
              Counts& counts);
   // Stores the `complete` oldest steps of environment `i` as transitions that end with `last`,
   // which has o_t, a_t and whether the episode terminated, and removes them from its window.

@@ -21,23 +21,22 @@ std::optional<fused::Metrics> PqnLoop::advance(const PqnParts& parts, std::int64
   const Acting acting = acting_of(parts);
   return interaction_.advance(
       acting, max_steps, counts,
-      [&](std::size_t i, bool truncated) { store(parts, i, truncated, counts); },
+      [&](std::size_t i, EpisodeEnd end) { store(parts, i, end, counts); },
       [&] { return learn(parts, counts); });
 }
 
-void PqnLoop::store(const PqnParts& parts, std::size_t i, bool truncated,
+void PqnLoop::store(const PqnParts& parts, std::size_t i, EpisodeEnd end,
                     const Counts& counts) const {
   const Environments& environments = parts.environments;
   const RolloutSteps& rollout = parts.rollout;
   constexpr std::size_t size = engine::kObservationSize;
-  const bool terminated = environments.results.terminated[i];
   const std::size_t at = static_cast<std::size_t>(counts.filled) * environments.landers.size() + i;
   std::copy_n(parts.episodes.observations + i * size, size, rollout.o_tm1 + at * size);
   std::copy_n(environments.results.observations + i * size, size, rollout.o_t + at * size);
   rollout.a_tm1[at] = static_cast<std::int32_t>(environments.actions[i]);
   rollout.r_t[at] = static_cast<float>(environments.results.rewards[i]);
-  rollout.terminated[at] = terminated ? 1.0f : 0.0f;
-  rollout.truncated[at] = truncated && !terminated ? 1.0f : 0.0f;
+  rollout.terminated[at] = end.terminated ? 1.0f : 0.0f;
+  rollout.truncated[at] = end.truncated && !end.terminated ? 1.0f : 0.0f;
 }
 
 Learnt PqnLoop::learn(const PqnParts& parts, Counts& counts) {

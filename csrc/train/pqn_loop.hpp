@@ -65,7 +65,7 @@ class PqnLoop {
 
  private:
   // Stores the latest step of environment `i` in the rollout.
-  void store(const PqnParts& parts, std::size_t i, bool truncated, const Counts& counts) const;
+  void store(const PqnParts& parts, std::size_t i, EpisodeEnd end, const Counts& counts) const;
   // Learns from the rollout if it is complete.
   Learnt learn(const PqnParts& parts, Counts& counts);
   // Refuses a rollout with an action that the network does not have.

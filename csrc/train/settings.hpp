@@ -38,7 +38,8 @@ struct Settings {
   std::int64_t resaves = 0;           // extra copies of a rewarded transition
   double resave_threshold = 0.0;      // a reward above it makes a transition rewarded
   double gamma = 1.0;
-  std::int64_t n_step = 1;  // rewards in a transition
+  std::int64_t n_step = 1;              // rewards in a transition
+  bool bootstrap_on_time_limit = true;  // false: the time limit ends an episode as terminal
   double learning_rate = 0.0;
   double learning_rate_end = 0.0;
   std::int64_t learning_rate_duration = 0;  // updates; 0: the learning rate is constant

@@ -198,7 +198,13 @@ def twin(config: Config, *, compiled: bool) -> Twin:
 
     underway = begin(pool, start_of, config.training.num_envs)
     if not compiled:
-        steps = interact(agent, pool, start_of, underway)
+        steps = interact(
+            agent,
+            pool,
+            start_of,
+            underway,
+            bootstrap_on_time_limit=config.learning.bootstrap_on_time_limit,
+        )
     elif isinstance(agent, PQNAgent):
         steps = CompiledPQN(agent, pool, generators, config).interact(start_of, underway)
     else:
@@ -273,11 +279,19 @@ def test_the_compiled_loop_yields_after_at_most_fifty_steps_of_the_first_environ
 @pytest.mark.parametrize("noisy", [False, True])
 @pytest.mark.parametrize("target", ["q-learning", "sarsa"])
 @pytest.mark.parametrize("n_step", [1, 3])
-def test_an_episode_that_times_out_bootstraps_in_both_loops(n_step, target, noisy, epsilon):
+@pytest.mark.parametrize("bootstraps", [True, False])
+def test_an_episode_that_times_out_bootstraps_in_both_loops_if_asked(
+    bootstraps, n_step, target, noisy, epsilon
+):
     config = config_of(
         network={"noisy": noisy},
         exploration={"schedule": "constant", "epsilon_start": epsilon},
-        learning={"update_period": 10**6, "n_step": n_step, "target": target},
+        learning={
+            "update_period": 10**6,
+            "n_step": n_step,
+            "target": target,
+            "bootstrap_on_time_limit": bootstraps,
+        },
     )
     twins = [twin(config, compiled=compiled) for compiled in (True, False)]
     for each in twins:
@@ -286,8 +300,21 @@ def test_an_episode_that_times_out_bootstraps_in_both_loops(n_step, target, nois
         assert step.result.truncated.tolist() == [True]
         assert step.result.terminated.tolist() == [False]
         (record,) = each.agent.replay.ring.records
-        assert record["discount_t"] == np.float32(0.99)
-        assert record["terminated"] == 0
+        assert record["discount_t"] == (np.float32(0.99) if bootstraps else 0)
+        assert record["terminated"] == (not bootstraps)
+    assert bytes_of(twins[0]) == bytes_of(twins[1])
+
+
+@pytest.mark.parametrize("bootstraps", [True, False])
+def test_a_rollout_has_the_end_by_the_time_limit_in_both_loops(bootstraps):
+    config = config_of(rollout={}, learning={"bootstrap_on_time_limit": bootstraps})
+    twins = [twin(config, compiled=compiled) for compiled in (True, False)]
+    for each in twins:
+        assert isinstance(each.agent, PQNAgent)
+        each.pool.steps[0] = each.underway.steps[0] = 999
+        assert next(each.steps).result.truncated.tolist() == [True]
+        assert each.agent.rollout.terminated[0] == (not bootstraps)
+        assert each.agent.rollout.truncated[0] == bootstraps
     assert bytes_of(twins[0]) == bytes_of(twins[1])
 
 

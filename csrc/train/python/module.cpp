@@ -68,6 +68,7 @@ void bind_settings(nb::module_& m) {
       .def_rw("resave_threshold", &Settings::resave_threshold)
       .def_rw("gamma", &Settings::gamma)
       .def_rw("n_step", &Settings::n_step)
+      .def_rw("bootstrap_on_time_limit", &Settings::bootstrap_on_time_limit)
       .def_rw("learning_rate", &Settings::learning_rate)
       .def_rw("learning_rate_end", &Settings::learning_rate_end)
       .def_rw("learning_rate_duration", &Settings::learning_rate_duration)

@@ -46,12 +46,16 @@ _USED: dict[str, dict[str, frozenset[str] | None]] = {
                 "reward_scale",
                 "max_grad_norm",
                 "averaging",
+                "bootstrap_on_time_limit",
                 *_STEP_SIZE,
             }
         ),
         "rollout": None,
     },
-    "tabular": {"learning": frozenset({"gamma", "target", *_STEP_SIZE}), "table": None},
+    "tabular": {
+        "learning": frozenset({"gamma", "target", "bootstrap_on_time_limit", *_STEP_SIZE}),
+        "table": None,
+    },
     "value-iteration": {"learning": frozenset({"gamma", "update_period"})},
 }
 for _sections in _USED.values():
@@ -72,6 +76,7 @@ _FUSED: dict[str, dict[str, object]] = {
         **dict.fromkeys(("max_grad_norm", "target", "update_period", "gradient_steps"), _ANY),
         **dict.fromkeys(("target_period", "polyak", "double", "n_step"), _ANY),
         "averaging": _ANY,
+        "bootstrap_on_time_limit": _ANY,
         "optimizer": "adam",
     },
 }

@@ -192,6 +192,9 @@ class LearningConfig:
     evaluates it (van Hasselt et al., 2016)."""
     n_step: Annotated[int, Meta(ge=1, le=MOST_N_STEP, description=f"1 to {MOST_N_STEP}")] = 1
     """Number of rewards summed before bootstrapping (n-step returns)."""
+    bootstrap_on_time_limit: bool = True
+    """Bootstrap after the last step of an episode that the time limit cut off (Pardo et al., 2018).
+    If not, the time limit ends the episode like a terminal state, with no value after it."""
 
     def __post_init__(self) -> None:
         settle(self)

@@ -34,6 +34,7 @@ FLAGS: Mapping[str, tuple[str, ...]] = {
     "layers": ("hidden-sizes",),
     "hidden": ("hidden-sizes",),
     "n-steps": ("n-step",),
+    "handle-timeout-termination": ("bootstrap-on-time-limit",),
     "nstep": ("n-step",),
     "epsilon": ("epsilon-start",),
     "eps": ("epsilon-start",),

@@ -30,7 +30,7 @@ _SETTINGS = {
         *("gamma", "n_step", "batch_size"),
         *("learning_rate", "learning_rate_end", "learning_rate_duration"),
         *("reward_scale", "max_grad_norm", "update_period", "gradient_steps", "target_period"),
-        *("polyak", "averaging", "double"),
+        *("polyak", "averaging", "double", "bootstrap_on_time_limit"),
     ),
 }
 

@@ -19,7 +19,7 @@ from touchdown.training.loop import AgentStep
 _SETTINGS = {
     "learning": (
         *("gamma", "learning_rate", "learning_rate_end", "learning_rate_duration"),
-        *("reward_scale", "max_grad_norm", "averaging"),
+        *("reward_scale", "max_grad_norm", "averaging", "bootstrap_on_time_limit"),
     ),
     "rollout": ("rollout_steps", "epochs", "minibatches", "trace_decay"),
 }

@@ -71,6 +71,8 @@ def interact(
     pool: EnvPool,
     start_of: Callable[[int], int],
     underway: Underway,
+    *,
+    bootstrap_on_time_limit: bool = True,
 ) -> Iterator[AgentStep]:
     """The two loops of Algorithm 2, endless: the caller reads the steps and stops when it wants.
 
@@ -79,6 +81,8 @@ def interact(
         pool: the environments.
         start_of: the environment seed of an episode, by its number.
         underway: the current episode in each environment, updated before each step is yielded.
+        bootstrap_on_time_limit: whether the agent is told that a truncated episode was truncated;
+            if not, that it terminated.
     """
     every_env = np.arange(len(underway.numbers))
     while True:
@@ -89,5 +93,6 @@ def interact(
         result = pool.step(every_env, actions)
         underway.add(every_env, actions, result)
         ended = begin_next(pool, start_of, underway, result)
-        metrics = agent.observe(observations, actions, result, underway.observations.copy())
+        told = result if bootstrap_on_time_limit else result._replace(terminated=result.ended)
+        metrics = agent.observe(observations, actions, told, underway.observations.copy())
         yield AgentStep(actions, result, epsilon, ended, metrics)

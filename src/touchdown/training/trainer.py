@@ -203,7 +203,13 @@ class Trainer:
     def _steps(self, underway: Underway) -> Iterator[AgentStep]:
         """The steps of training, endless, from the compiled loop or from Python's."""
         if not self._compiled:
-            return interact(self._agent, self._pool, self._start_of, underway)
+            return interact(
+                self._agent,
+                self._pool,
+                self._start_of,
+                underway,
+                bootstrap_on_time_limit=self._config.learning.bootstrap_on_time_limit,
+            )
         pool, config = cast(ExactEnvPool, self._pool), self._config
         if isinstance(self._agent, PQNAgent):
             pqn = CompiledPQN(self._agent, pool, self._streams, config)
