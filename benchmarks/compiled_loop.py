@@ -12,7 +12,7 @@ import statistics
 import time
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -46,14 +46,7 @@ class Case(NamedTuple):
     num_envs: int
     update_period: int = 0
     hidden_sizes: tuple[int, ...] = (100, 100, 100)
-    noisy: bool = False
-    pqn: bool = False
-
-    @property
-    def name(self) -> str:
-        """Its agent and network."""
-        agent = "PQN" if self.pqn else "noisy DQN" if self.noisy else "DQN"
-        return f"{agent}, {list(self.hidden_sizes)}"
+    agent: Literal["DQN", "noisy DQN", "deep SARSA", "PQN"] = "DQN"
 
 
 CASES = [
@@ -61,23 +54,27 @@ CASES = [
     Case(1, 4),
     Case(16, 4),
     Case(1, 4, (64, 64)),
-    Case(1, 4, (64, 64), noisy=True),
-    Case(16, hidden_sizes=(64, 64), pqn=True),
-    Case(64, hidden_sizes=(64, 64), pqn=True),
+    Case(1, 4, (64, 64), "noisy DQN"),
+    Case(1, 4, (64, 64), "deep SARSA"),
+    Case(16, hidden_sizes=(64, 64), agent="PQN"),
+    Case(64, hidden_sizes=(64, 64), agent="PQN"),
 ]
 
 
 def config_of(case: Case) -> Config:
     """The settings of both loops."""
-    if case.pqn:
+    if case.agent == "PQN":
         swift = presets.preset("swift")
         return replace(swift, training=replace(swift.training, num_envs=case.num_envs))
     return Config(
-        network=NetworkConfig(hidden_sizes=case.hidden_sizes, noisy=case.noisy),
+        network=NetworkConfig(hidden_sizes=case.hidden_sizes, noisy=case.agent == "noisy DQN"),
         replay=ReplayConfig(capacity=100_000, min_size=1_000),
         exploration=ExplorationConfig(schedule="constant", epsilon_start=0.1),
         learning=LearningConfig(
-            backend="fused", target_period=800, update_period=case.update_period
+            backend="fused",
+            target="sarsa" if case.agent == "deep SARSA" else "q-learning",
+            target_period=800,
+            update_period=case.update_period,
         ),
         training=TrainingConfig(num_envs=case.num_envs),
     )
@@ -158,7 +155,8 @@ def main() -> None:
         for side in (python, compiled):
             side.train(2 * config.replay.min_size)  # past the warm-up of the replay memory
         sides = python, compiled, *updates_alone(config, python)
-        steps = max(args.steps, case.num_envs * config.rollout.rollout_steps if case.pqn else 0)
+        rollout = case.num_envs * config.rollout.rollout_steps
+        steps = max(args.steps, rollout) if case.agent == "PQN" else args.steps
         rounds = [[side.train(steps) for side in sides] for _ in range(args.rounds)]
         slow, fast, *updates = (
             f"{1 / statistics.median(seconds):,.0f}" for seconds in zip(*rounds, strict=True)
@@ -166,8 +164,8 @@ def main() -> None:
         ratios = [a / b for a, b, *_ in rounds]
         ratio = f"{statistics.median(ratios):.2f} ({min(ratios):.2f}-{max(ratios):.2f})"
         print(
-            f"| {case.name} | {case.num_envs} | {case.update_period or '–'} | {slow} "
-            f"| {fast} | {ratio} | {updates[0] if updates else '–'} |"
+            f"| {case.agent}, {list(case.hidden_sizes)} | {case.num_envs} "
+            f"| {case.update_period or '–'} | {slow} | {fast} | {ratio} | {updates[0] if updates else '–'} |"
         )
 
 
