@@ -165,7 +165,8 @@ def main() -> None:
         ratio = f"{statistics.median(ratios):.2f} ({min(ratios):.2f}-{max(ratios):.2f})"
         print(
             f"| {case.agent}, {list(case.hidden_sizes)} | {case.num_envs} "
-            f"| {case.update_period or '–'} | {slow} | {fast} | {ratio} | {updates[0] if updates else '–'} |"
+            f"| {case.update_period or '–'} | {slow} | {fast} "
+            f"| {ratio} | {updates[0] if updates else '–'} |"
         )
 
 
