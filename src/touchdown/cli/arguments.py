@@ -69,7 +69,8 @@ StudyName = Annotated[
     str,
     arg(
         metavar="NAME",
-        help="`paper` for all of the paper's studies, a name from `study list`, or a .toml file.",
+        help="`paper` for all of the paper's studies, `readings` for them in every reading of what "
+        "the paper leaves open, a name from `study list`, or a .toml file.",
     ),
 ]
 

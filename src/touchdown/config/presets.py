@@ -142,11 +142,12 @@ _ACE = _with(
     learning={
         "loss": "mse",
         "gamma": 0.997,
-        "learning_rate": 5e-4,
+        "learning_rate": 3e-4,
         "learning_rate_end": 1e-5,
-        "learning_rate_duration": 250_000,
+        "learning_rate_duration": 750_000,
+        "averaging": 0.005,
     },
-    rollout={"epochs": 2, "minibatches": 16},
+    rollout={"epochs": 3, "minibatches": 32, "mirror_half": True},
     training={
         "max_env_steps": 16_000_000,
         "validation_period": 1_000_000,

@@ -67,17 +67,25 @@ class Decision:
     """Smallest number of seeds in a tested cell."""
     more_seeds: int | None
     """Number of further seeds per cell that would decide it with a probability of `ASSURANCE`;
-    None if it is decided, if it has too few seeds for its test, or if no number that is tried
-    would."""
+    None if it is decided, if it has too few seeds for its test, if no number that is tried would,
+    or if nobody asked."""
 
 
-def decide(claims: Sequence[Claim], values: Values, metric: str = DEFAULT_METRIC) -> list[Decision]:
+def decide(
+    claims: Sequence[Claim],
+    values: Values,
+    metric: str = DEFAULT_METRIC,
+    *,
+    with_advice: bool = True,
+) -> list[Decision]:
     """Decide each claim; the probability of any false decision is at most 5% (Holm, 1979).
 
     Args:
         claims: the claims of one study.
         values: the study's numbers.
         metric: the metric of claims that name none.
+        with_advice: whether to say how many more seeds would decide an undecided claim, which takes
+            a second each.
     """
     metrics = [claim.metric or metric for claim in claims]
     groups = [
@@ -92,7 +100,7 @@ def decide(claims: Sequence[Claim], values: Values, metric: str = DEFAULT_METRIC
     return [
         _too_few(claim, of, of_claim)
         if finding is None
-        else _decision(claim, of, of_claim, finding, p)
+        else _decision(claim, of, of_claim, finding, p, with_advice=with_advice)
         for claim, of, of_claim, finding, p in zip(
             claims, metrics, groups, findings, corrected, strict=True
         )
@@ -119,14 +127,20 @@ def _too_few(claim: Claim, metric: str, groups: Sequence[FloatArray]) -> Decisio
 
 
 def _decision(
-    claim: Claim, metric: str, groups: Sequence[FloatArray], finding: Finding, p: float
+    claim: Claim,
+    metric: str,
+    groups: Sequence[FloatArray],
+    finding: Finding,
+    p: float,
+    *,
+    with_advice: bool,
 ) -> Decision:
     text = f"{finding.evidence}; p {p_text(p) if p < LEAST_P else f'= {p_text(p)}'}"
     raw, seeds = finding.p_value, finding.seeds
     # the correction raised the p-value; to undo it, alpha falls by the same factor
     alpha = compare.ALPHA * raw / p
     verdict = finding.verdict(alpha) if p <= compare.ALPHA else "undecided"
-    if verdict != "undecided":
+    if verdict != "undecided" or not with_advice:
         return Decision(claim, metric, verdict, text, raw, p, seeds, None)
     more = seeds_for_decision(claim.test, groups, metric, alpha / 2)
     advice = (

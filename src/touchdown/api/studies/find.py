@@ -1,7 +1,7 @@
 """Finds a study: a `Study`, a TOML file, one of the paper's topics, or all of them."""
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,15 +13,19 @@ from touchdown.studies import store as stores
 from touchdown.studies.claims import CLAIMS
 from touchdown.studies.job import Job
 from touchdown.studies.paper import SCALES, Scale
+from touchdown.studies.paper.readings import reading_studies
 from touchdown.studies.plan import Study
 from touchdown.studies.store import DEFAULT_RESULTS, Store
 from touchdown.studies.work import BaselineJob, PidJob, TrainJob
 
 PAPER = "paper"
 """Name of all the paper's studies together."""
+READINGS = "readings"
+"""Name of the paper's studies in all readings together."""
 
 AnyStudy = Study | Path | str
-"""A study made in Python, the path of a study file, `paper`, or one of the paper's topics."""
+"""A study made in Python, the path of a study file, `paper`, `readings`, or one of the paper's
+topics."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +44,21 @@ class StudySelection:
     """Requested number of seeds per cell; None for the studies' own numbers."""
     is_paper: bool
     """Whether it is the paper's, not a user's."""
+
+    @property
+    def groups(self) -> list[tuple[str, Sequence[Job]]]:
+        """The jobs by what they are for; several may have the same run."""
+        if self.name == READINGS:
+            seeds = {study.name: number for study, number in self.studies}
+            found: list[tuple[str, Sequence[Job]]] = [
+                (reading.name, runner.jobs_of([(each, seeds[each.name]) for each in studies]))
+                for reading, studies in reading_studies(self.scale).items()
+            ]
+        else:
+            found = [(each.name, runner.jobs_of([(each, n)])) for each, n in self.studies]
+        found += [("pid", self.pid_jobs)] if self.pid_jobs else []
+        found += [("baselines", self.baselines)] if self.baselines else []
+        return found
 
     @property
     def train_jobs(self) -> list[TrainJob]:
@@ -89,7 +108,7 @@ def find_study(
     """The jobs of a study.
 
     Args:
-        study: a `Study`, the path of a study file, `paper`, or one of its topics.
+        study: a `Study`, the path of a study file, `paper`, `readings`, or one of its topics.
         scale: scale of the paper's studies: `quick` or `full`.
         seeds: training seeds of each cell; None uses the study's number.
 
@@ -104,6 +123,10 @@ def find_study(
         return _own(study, None, scale, seeds)
     topics = paper.topics(scale)
     name = str(study)
+    if name == READINGS:
+        each = [study for studies in reading_studies(scale).values() for study in studies]
+        planned = tuple((study, seeds or study.seeds) for study in each)
+        return StudySelection(name, scale, None, planned, (), (), seeds, is_paper=True)
     if name == PAPER or name in topics:
         wanted = list(topics.values()) if name == PAPER else [topics[name]]
         studies = {topic.study.name: topic.study for topic in wanted if topic.study}
@@ -120,7 +143,7 @@ def find_study(
             is_paper=True,
         )
     if not name.endswith(".toml"):
-        known = (PAPER, *topics)
+        known = (PAPER, READINGS, *topics)
         listed = f"must be one of {', '.join(known)}, or a .toml file"
         raise UserError(f"study {name!r}: unknown; {hint(name, known, listed)}")
     return _own(study_file.from_toml(Path(name)), Path(name), scale, seeds)
@@ -129,7 +152,7 @@ def find_study(
 def _own(study: Study, file: Path | None, scale: Scale, seeds: int | None) -> StudySelection:
     """The jobs of a user's study, from a file or made in Python."""
     where = "" if file is None else f"{file}: "
-    if study.name in (PAPER, *paper.topics(scale)):
+    if study.name in (PAPER, READINGS, *paper.topics(scale)):
         raise UserError(f"{where}name = {study.name!r}: is one of the paper's; choose another")
     if study.name == CLAIMS:
         raise UserError(

@@ -8,6 +8,7 @@ from rich.console import Console
 
 from touchdown.api.studies.find import (
     PAPER,
+    READINGS,
     AnyStudy,
     StudySelection,
     find_each_started,
@@ -18,6 +19,7 @@ from touchdown.core.errors import UserError
 from touchdown.core.progress import Counter, console_for
 from touchdown.studies import paper
 from touchdown.studies import store as stores
+from touchdown.studies.paper.readings import readings
 from touchdown.studies.store import DEFAULT_RESULTS, Store
 
 if TYPE_CHECKING:
@@ -70,13 +72,17 @@ def study_report(
     files.check_new(folder, force=force)
     from touchdown.report.builder import STEPS  # noqa: PLC0415 - it loads matplotlib
     from touchdown.report.paper_page import write_paper_report  # noqa: PLC0415 - it loads matplotlib
+    from touchdown.report.readings_page import (  # noqa: PLC0415 - it loads matplotlib
+        write_readings_report,
+    )
     from touchdown.report.study_page import write_study_report  # noqa: PLC0415 - it loads matplotlib
 
     command = f"{selection.command(store)} && {_report_command(selection, store, out)}"
     note = _note_on_flights(selection, store)
     shown = console_for(progress, console)
     sections = len(paper.topics(selection.scale)) if selection.name == PAPER else 1
-    with Counter(shown, f"writing the report of {selection.name}", STEPS * sections) as count:
+    steps = len(readings()) if selection.name == READINGS else STEPS * sections
+    with Counter(shown, f"writing the report of {selection.name}", steps) as count:
 
         def on_step(_name: str) -> None:
             count()
@@ -91,6 +97,16 @@ def study_report(
                 command=command,
                 note=note,
                 linked=out is None,
+                on_step=on_step,
+            )
+        if selection.name == READINGS:
+            return write_readings_report(
+                selection.scale,
+                selection.seeds,
+                store,
+                folder,
+                command=command,
+                note=note,
                 on_step=on_step,
             )
         return write_paper_report(

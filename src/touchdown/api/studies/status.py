@@ -1,7 +1,7 @@
 """Progress of each study, and its failed runs."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,9 +13,7 @@ from touchdown.api.studies.find import (
     find_started,
 )
 from touchdown.core.errors import UserError
-from touchdown.studies import runner
 from touchdown.studies import store as stores
-from touchdown.studies.job import Job
 from touchdown.studies.store import DEFAULT_RESULTS, Store
 
 
@@ -82,12 +80,7 @@ def _progress_of(
 ) -> list[StudyProgress]:
     found: list[StudyProgress] = []
     names = selection.job_names()
-    groups: list[tuple[str, Sequence[Job]]] = [
-        (each.name, runner.jobs_of([(each, n)])) for each, n in selection.studies
-    ]
-    groups += [("pid", selection.pid_jobs)] if selection.pid_jobs else []
-    groups += [("baselines", selection.baselines)] if selection.baselines else []
-    for label, jobs in groups:
+    for label, jobs in selection.groups:
         missing = {job.digest for job in store.without_results(jobs)}
         started = {digest for digest in missing if (store.runs / digest).is_dir()}
         found.append(

@@ -1,4 +1,4 @@
-"""The paper's studies and claims, at two scales."""
+"""The paper's studies and claims, at two scales and in several readings."""
 
 from touchdown.studies.paper.experiments import Topic, baseline_jobs, pid_jobs, studies, topics
 from touchdown.studies.paper.levels import BEST, SCALES, Scale
