@@ -227,7 +227,7 @@ def test_a_kind_of_run_that_is_not_known_is_flown_to_know_it(done, tmp_path):
 @pytest.mark.parametrize(
     ("argv", "said"),
     [
-        (["study", "run", "nothing"], "study 'nothing': unknown; must be one of paper, readings, ladder"),
+        (["study", "run", "nothing"], "study 'nothing': unknown; must be one of paper, readings"),
         (["study", "run", "nothing.toml"], "nothing.toml: cannot be read"),
         (["study", "run", "ladder", "--seeds", "0"], "seeds = 0: must be from 1"),
         (["study", "run", "ladder", "--on", "mars"], "on = 'mars': must be local, ray"),
