@@ -12,7 +12,7 @@ from touchdown.cli import app
 from touchdown.config import toml
 from touchdown.core.errors import UserError
 from touchdown.studies import Claim, Factor, Greater, Near, Study
-from touchdown.studies.executors import LocalExecutor
+from touchdown.studies.executors import Event, LocalExecutor
 from touchdown.studies.store import open_store
 from touchdown.studies.study_file import from_toml, to_toml
 
@@ -150,3 +150,84 @@ def test_a_report_of_a_study_that_was_not_run_says_how_to_run_it(tmp_path):
         UserError, match=r"start it with: touchdown\.run_study\(study, results_dir="
     ):
         touchdown.study_report(STUDY, results_dir=tmp_path)
+
+
+class Planted:
+    """An executor whose runs have returns by their discount and their seed."""
+
+    workers = 1
+
+    def __init__(self, return_of):
+        self.return_of = return_of
+        self.stages = []
+
+    def run(self, jobs, store, on_event, should_stop):
+        del should_stop
+        self.stages.append([(job.config.learning.gamma, job.config.seed) for job in jobs])
+        for job in jobs:
+            on_event(Event(job.digest, "started"))
+            found = self.return_of(job.config.learning.gamma, job.config.seed)
+            write_run(store / job.digest, (found,))
+            (store / job.digest / "config.toml").write_text(toml.to_toml(job.config))
+            on_event(Event(job.digest, "done"))
+
+
+def looking(**changes):
+    """The study with looks, and a third level about which nothing is claimed."""
+    factor = Factor.of("learning.gamma", [0.9, 0.99, 0.5])
+    return replace(STUDY, factors=[factor], looks=[10, 20, 40], claims=STUDY.claims[:1], **changes)
+
+
+def test_it_runs_from_look_to_look_with_more_seeds_where_a_claim_is_open(tmp_path):
+    planted = Planted(lambda gamma, seed: 100.0 * gamma * 10 + 7 * ((seed * 7) % 5))
+    state = touchdown.run_study(
+        looking(), until_decided=True, results_dir=tmp_path, executor=planted
+    )
+    assert (state.total, state.done) == (50, 50)
+    first, second = planted.stages
+    assert len(first) == 30
+    assert {gamma for gamma, _ in second} == {0.9, 0.99}
+    assert {seed for _, seed in second} == set(range(10, 20))
+    report = touchdown.study_report("mine", results_dir=tmp_path, progress=False)
+    (decision,) = report.decisions["mine"]
+    assert decision.verdict == "holds"
+    assert "decided at look 2 of 3, 20 seeds" in decision.evidence
+    assert report.results["mine"].missing == 0
+    again = Planted(lambda *_: pytest.fail("nothing is missing"))
+    touchdown.run_study(looking(), until_decided=True, results_dir=tmp_path, executor=again)
+
+
+def test_a_page_between_two_looks_says_how_many_runs_open_claims_need(tmp_path):
+    planted = Planted(lambda gamma, seed: 100.0 * gamma * 10 + 7 * ((seed * 7) % 5))
+    touchdown.run_study(looking(), seeds=10, results_dir=tmp_path, executor=planted)
+    report = touchdown.study_report("mine", results_dir=tmp_path, progress=False)
+    assert report.results["mine"].missing == 20
+    assert "20 of 50 runs are not done yet" in report.page.read_text()
+
+
+@pytest.mark.parametrize(
+    ("study", "settings", "said"),
+    [
+        (STUDY, {}, "study 'mine': has no looks; plan them in its file"),
+        ("paper", {}, "study 'paper': has no looks"),
+        (looking(), {"seeds": 3}, "seeds = 3: must be left out; the looks say how many"),
+    ],
+)
+def test_looks_that_were_not_planned_are_refused(tmp_path, study, settings, said):
+    with pytest.raises(UserError, match=said):
+        touchdown.run_study(study, until_decided=True, results_dir=tmp_path / "new", **settings)
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize(
+    ("looks", "said"),
+    [
+        ([10, 10], r"looks = \[10, 10\]: must increase"),
+        ([5, 10], r"looks = \[5, 10\]: must begin with at least 10, for its claims"),
+        ([10, 20_000], "seeds = 20000: must be from 1"),
+        ([10, "20"], "looks = .*: must be a list of int"),
+    ],
+)
+def test_looks_that_cannot_be_kept_are_refused(looks, said):
+    with pytest.raises(UserError, match=said):
+        replace(STUDY, looks=looks)

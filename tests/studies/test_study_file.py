@@ -95,6 +95,7 @@ base = "target-dqn"
 base_level = "wide"
 seeds = 2
 first_seed = 3
+looks = [10, 20]
 metric = "last_return"
 
 [config.training]
@@ -193,6 +194,7 @@ def same_in_python() -> Study:
         base_level="wide",
         seeds=2,
         first_seed=3,
+        looks=(10, 20),
         metric="last_return",
         changes={"training.max_env_steps": 5_000},
         factors=[

@@ -44,6 +44,13 @@ class StudyRun:
     workers: Annotated[
         int | None, arg(help="Number of parallel runs; without it, one per core.")
     ] = None
+    until_decided: Annotated[
+        bool,
+        arg(
+            help="Run from one of the study's looks to the next, with more seeds only where a "
+            "claim is still open, until each claim is decided or hopeless."
+        ),
+    ] = False
     dry_run: Annotated[
         bool,
         arg(help="Only print which runs are missing and an estimate of their time, measured here."),
@@ -61,6 +68,7 @@ class StudyRun:
                 self.name,
                 scale=self.scale,
                 seeds=self.seeds,
+                until_decided=self.until_decided,
                 workers=self.workers,
                 results_dir=self.results_dir,
                 console=console,
@@ -73,6 +81,7 @@ class StudyRun:
             self.name,
             scale=self.scale,
             seeds=self.seeds,
+            until_decided=self.until_decided,
             executor=studies.executor_of(self.on, self.workers),
             results_dir=self.results_dir,
             console=console,

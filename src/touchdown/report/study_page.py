@@ -9,9 +9,10 @@ from touchdown.report.csv_tables import claim_table, level_table, run_tables
 from touchdown.report.output import PAGE, Report, write_report
 from touchdown.report.page import Page
 from touchdown.report.provenance import page_facts, provenance_of
-from touchdown.studies.claims import CLAIMS, decide
+from touchdown.studies.claims import CLAIMS, Decision, decide
+from touchdown.studies.looks import decide_in_looks, read_in_looks
 from touchdown.studies.plan import Study
-from touchdown.studies.results import read_study
+from touchdown.studies.results import StudyResults, read_study
 from touchdown.studies.store import Store
 
 
@@ -30,7 +31,7 @@ def write_study_report(
 
     Args:
         study: the study.
-        seeds: training seeds per cell.
+        seeds: training seeds per cell; of no use to a study with looks.
         store: store of the runs.
         out: folder for the page and its pictures.
         command: the command that makes the page, shown on it.
@@ -41,11 +42,11 @@ def write_study_report(
     Raises:
         UserError: the runs' files are broken, or something cannot be written.
     """
-    results = read_study(study, seeds, store)
+    results = read_in_looks(study, store) if study.looks else read_study(study, seeds, store)
     title = study.title or study.name
     known = {study.name: results}
     tables = run_tables(known)
-    decisions = decide(study.claims, results.named, study.metric) if results.runs else []
+    decisions = _decisions(results) if results.runs else []
     if results.runs:
         tables[f"{study.name}-levels"] = level_table(results, study.metric)
     by_study = {study.name: decisions} if decisions else {}
@@ -68,3 +69,11 @@ def write_study_report(
         )
         write_report(page, tables, folder)
     return Report(out / PAGE, by_study, known)
+
+
+def _decisions(results: StudyResults) -> list[Decision]:
+    study = results.study
+    if not study.looks:
+        return decide(study.claims, results.named, study.metric)
+    found = decide_in_looks(study.claims, results.named, study.looks, study.metric)
+    return [each.decision for each in found]

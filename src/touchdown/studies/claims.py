@@ -88,12 +88,9 @@ def decide(
             a second each.
     """
     metrics = [claim.metric or metric for claim in claims]
-    groups = [
-        [_known(values(cell, of)) for cell in claim.test.cells]
-        for claim, of in zip(claims, metrics, strict=True)
-    ]
+    groups = [known_groups(claim, values, of) for claim, of in zip(claims, metrics, strict=True)]
     findings = [
-        _finding(claim.test, of_claim, of)
+        finding_of(claim.test, of_claim, of)
         for claim, of_claim, of in zip(claims, groups, metrics, strict=True)
     ]
     corrected = compare.holm([1.0 if each is None else each.p_value for each in findings])
@@ -107,17 +104,34 @@ def decide(
     ]
 
 
-def _known(values: FloatArray) -> FloatArray:
-    """The numbers without those that a run does not have."""
-    return values[~np.isnan(values)]
+def known_groups(claim: Claim, values: Values, metric: str) -> list[FloatArray]:
+    """The numbers of each cell of a claim's test, without those that a run does not have."""
+    every = [values(cell, metric) for cell in claim.test.cells]
+    return [of_cell[~np.isnan(of_cell)] for of_cell in every]
 
 
-def _finding(test: Test, groups: Sequence[FloatArray], metric: str) -> Finding | None:
-    """The finding; None with fewer seeds than the test needs."""
+def finding_of(test: Test, groups: Sequence[FloatArray], metric: str) -> Finding | None:
+    """The finding of a claim's test; None with fewer seeds than it needs."""
     seeds = min(map(len, groups))
     if seeds < test.fewest_seeds:
         return None
     return Finding(test.rule(groups, metric), test.evidence(groups, metric), seeds)
+
+
+def verdict_of(finding: Finding, p: float, alpha: float) -> Verdict:
+    """The verdict at a level.
+
+    Args:
+        finding: the finding.
+        p: its p-value, corrected for the other claims.
+        alpha: the two-sided level for all of them.
+    """
+    return finding.verdict(_level_of(finding, p, alpha)) if p <= alpha else "undecided"
+
+
+def _level_of(finding: Finding, p: float, alpha: float) -> float:
+    """The level of one claim: the correction raised its p-value, so alpha falls by that factor."""
+    return alpha * finding.p_value / p
 
 
 def _too_few(claim: Claim, metric: str, groups: Sequence[FloatArray]) -> Decision:
@@ -137,12 +151,10 @@ def _decision(
 ) -> Decision:
     text = f"{finding.evidence}; p {p_text(p) if p < LEAST_P else f'= {p_text(p)}'}"
     raw, seeds = finding.p_value, finding.seeds
-    # the correction raised the p-value; to undo it, alpha falls by the same factor
-    alpha = compare.ALPHA * raw / p
-    verdict = finding.verdict(alpha) if p <= compare.ALPHA else "undecided"
+    verdict = verdict_of(finding, p, compare.ALPHA)
     if verdict != "undecided" or not with_advice:
         return Decision(claim, metric, verdict, text, raw, p, seeds, None)
-    more = seeds_for_decision(claim.test, groups, metric, alpha / 2)
+    more = seeds_for_decision(claim.test, groups, metric, _level_of(finding, p, compare.ALPHA) / 2)
     advice = (
         f"{FURTHER_SEEDS[-1]} more seeds of each decide it with less than {ASSURANCE:.0%} "
         "probability"

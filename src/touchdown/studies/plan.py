@@ -160,6 +160,9 @@ class Study:
     base_level: str = ""
     """The baseline: a level of the first factor, or the full name of a cell; if empty, the first
     cell."""
+    looks: Sequence[int] = ()
+    """Numbers of training seeds at which claims are tested, increasing; `study run --until-decided`
+    runs from one to the next. Without any, claims are tested once, with all seeds."""
     first_seed: int = 0
     """The smallest training seed. A search for settings uses `FIRST_TUNING_SEED` or above."""
     metric: str = DEFAULT_METRIC
@@ -181,10 +184,12 @@ class Study:
         _check_is(self.changes, Mapping, "changes", "a dictionary of settings")
         object.__setattr__(self, "factors", _all_are(self.factors, Factor, "factors"))
         object.__setattr__(self, "claims", _all_are(self.claims, Claim, "claims"))
+        object.__setattr__(self, "looks", _all_are(self.looks, int, "looks"))
         object.__setattr__(self, "changes", nested(self.changes))
         if not is_plain_name(self.name):
             raise UserError(f"name = {self.name!r}: must be letters, digits, '.', '_' and '-'")
         check_seeds(self.seeds, self.first_seed)
+        self._check_looks()
         if not 1 <= len(self.factors) <= 2:
             raise UserError(f"study {self.name!r}: has {len(self.factors)} factors, must be 1 or 2")
         cells = self.cells()
@@ -202,6 +207,22 @@ class Study:
                 _check_claim(claim, cell_names, is_tested=is_tested)
             except UserError as error:
                 raise UserError(f"claim {claim.sentence!r}: {error}") from None
+
+    def _check_looks(self) -> None:
+        """Refuse looks that cannot be kept.
+
+        Raises:
+            UserError: they do not increase, are too large, or the first has too few seeds.
+        """
+        if not self.looks:
+            return
+        text = list(self.looks)
+        if any(b <= a for a, b in itertools.pairwise(self.looks)):
+            raise UserError(f"looks = {text}: must increase")
+        check_seeds(self.looks[-1], self.first_seed)
+        fewest = max((claim.test.fewest_seeds for claim in self.claims), default=1)
+        if self.looks[0] < fewest:
+            raise UserError(f"looks = {text}: must begin with at least {fewest}, for its claims")
 
     def labels(self, factor: int) -> list[str]:
         """The labels of a factor's levels, in order."""

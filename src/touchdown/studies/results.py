@@ -107,7 +107,7 @@ class StudyResults:
     @property
     def planned(self) -> int:
         """Number of runs of the study."""
-        return len(self.study.cells()) * self.seeds
+        return len(self.runs) + len(self.failed) + self.missing
 
     def values(self, labels: tuple[str, ...], metric: str = "best_return") -> FloatArray:
         """One number per finished seed of a cell, [n], in the order of the seeds.

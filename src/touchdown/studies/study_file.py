@@ -48,6 +48,9 @@ class _StudyFile(Struct, frozen=True, forbid_unknown_fields=True):
     ] = "paper-best"
     base_level: Annotated[str, Meta(title="a level's label")] = ""
     seeds: int = 5
+    looks: Annotated[list[int], Meta(title="a list of numbers of seeds")] = msgspec.field(
+        default_factory=list[int]
+    )
     first_seed: int = 0
     metric: Annotated[str, Meta(title="a metric's name")] = DEFAULT_METRIC
     config: Annotated[dict[str, Any], Meta(title="a table [config]")] = msgspec.field(
@@ -85,6 +88,7 @@ def from_toml(path: Path) -> Study:
             base=base,
             base_level=file.base_level,
             seeds=file.seeds,
+            looks=tuple(file.looks),
             first_seed=file.first_seed,
             metric=file.metric,
             changes=file.config,
@@ -108,6 +112,7 @@ def to_toml(study: Study) -> str:
             "base": base,
             "base_level": study.base_level,
             "seeds": study.seeds,
+            "looks": list(study.looks),
             "first_seed": study.first_seed,
             "metric": study.metric,
             "config": study.changes,

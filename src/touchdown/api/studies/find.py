@@ -96,7 +96,7 @@ class StudySelection:
             job.digest: f"pid {job.tuning.tuner}, seed {job.tuning.seed}" for job in self.pid_jobs
         }
         for study, seeds in self.studies:
-            for run in study.runs(seeds):
+            for run in study.runs(max((seeds, *study.looks))):
                 name = f"{study.name} {run.cell.name}, seed {run.seed}"
                 found.setdefault(run.digest, name)
         return found

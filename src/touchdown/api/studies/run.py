@@ -1,5 +1,6 @@
 """Runs a study, or estimates how long it will take."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,13 +11,15 @@ from touchdown.api.studies.find import AnyStudy, StudySelection, find_study
 from touchdown.core import installation, plugins
 from touchdown.core.errors import Interrupted, UserError
 from touchdown.core.progress import Counter, console_for, stop_on_signals
-from touchdown.studies import runner
+from touchdown.studies import looks, runner
 from touchdown.studies import store as stores
 from touchdown.studies.estimate import Estimate, estimate
 from touchdown.studies.executors import Executor, LocalExecutor
+from touchdown.studies.job import Job
 from touchdown.studies.plan import Study
 from touchdown.studies.runner import State
 from touchdown.studies.store import DEFAULT_RESULTS, StartedStudy, Store
+from touchdown.studies.work import TrainJob
 
 
 def run_study(
@@ -24,6 +27,7 @@ def run_study(
     *,
     scale: str = "quick",
     seeds: int | None = None,
+    until_decided: bool = False,
     executor: Executor | None = None,
     results_dir: Path | str = DEFAULT_RESULTS,
     trust: bool = False,
@@ -39,6 +43,8 @@ def run_study(
         study: a `Study`, the path of a study file, `paper`, or one of its topics.
         scale: scale of the paper's studies: `quick` or `full`.
         seeds: training seeds of each cell; None uses the study's number.
+        until_decided: whether to run from one of the study's looks to the next, with more seeds
+            only for the cells of claims that are still open, until each is decided or hopeless.
         executor: runs the jobs; None uses one worker process per core of this machine.
         results_dir: folder that holds the runs and reports of studies.
         trust: whether to import code that a study file names: an environment's module or an agent.
@@ -56,27 +62,61 @@ def run_study(
         Interrupted: Ctrl-C, SIGTERM or SIGHUP; unfinished runs were saved.
     """
     selection = find_study(study, scale=scale, seeds=seeds)
+    planned = _planned_looks(selection) if until_decided else None
     _check_code(study, selection, trust=trust)
     shown = console_for(progress, console)
     store = stores.open_store(Path(results_dir), make=True)
     with stores.held(store):
         selection = _note_started(selection, store)
-        names = selection.job_names()
+        runs = executor or LocalExecutor()
         try:
-            with (
-                views.StudyView(shown, selection.name, lambda digest: names[digest]) as view,
-                stop_on_signals(shown) as stop,
-            ):
-                return runner.run_jobs(
-                    selection.jobs,
-                    store,
-                    executor or LocalExecutor(),
-                    on_state=view.update,
-                    should_stop=stop,
-                )
+            if planned is None:
+                return _run_jobs(selection, selection.jobs, store, runs, shown)
+            while True:
+                state = _run_jobs(selection, _next_jobs(planned, store), store, runs, shown)
+                # an undecided claim may ask for more seeds; a failed run would fail again
+                if state.failed or not store.missing(_next_jobs(planned, store)):
+                    return state
         except Interrupted:
-            command = selection.command(store)
+            command = selection.command(store) + " --until-decided" * until_decided
             raise Interrupted(f"stopped and saved; resume with: {command}") from None
+
+
+def _planned_looks(selection: StudySelection) -> Study:
+    """The study with looks.
+
+    Raises:
+        UserError: it has none, or the number of seeds was given, too.
+    """
+    (study, _), *others = selection.studies
+    if others or not study.looks:
+        raise UserError(
+            f"study {selection.name!r}: has no looks; plan them in its file, such as "
+            "looks = [10, 20, 40]"
+        )
+    if selection.seeds is not None:
+        raise UserError(f"seeds = {selection.seeds}: must be left out; the looks say how many")
+    return study
+
+
+def _next_jobs(study: Study, store: Store) -> list[TrainJob]:
+    return [TrainJob(run.config) for run in looks.next_runs(looks.read_in_looks(study, store))]
+
+
+def _run_jobs(
+    selection: StudySelection,
+    jobs: Sequence[Job],
+    store: Store,
+    executor: Executor,
+    shown: Console,
+) -> State:
+    """Run jobs of a study and show their progress."""
+    names = selection.job_names()
+    with (
+        views.StudyView(shown, selection.name, lambda digest: names[digest]) as view,
+        stop_on_signals(shown) as stop,
+    ):
+        return runner.run_jobs(jobs, store, executor, on_state=view.update, should_stop=stop)
 
 
 def _check_code(study: AnyStudy, selection: StudySelection, *, trust: bool) -> None:
@@ -108,6 +148,7 @@ def estimate_study(
     *,
     scale: str = "quick",
     seeds: int | None = None,
+    until_decided: bool = False,
     workers: int | None = None,
     results_dir: Path | str = DEFAULT_RESULTS,
     trust: bool = False,
@@ -122,6 +163,7 @@ def estimate_study(
         study: a `Study`, the path of a study file, `paper`, or one of its topics.
         scale: scale of the paper's studies: `quick` or `full`.
         seeds: training seeds of each cell; None uses the study's number.
+        until_decided: whether to estimate the time to the study's next look.
         workers: number of parallel runs; None uses one per core.
         results_dir: folder that holds the runs of studies; it need not exist.
         trust: whether to import code that a study file names: an environment's module or an agent.
@@ -134,6 +176,7 @@ def estimate_study(
         UserError: there is no such study, or its file is broken.
     """
     selection = find_study(study, scale=scale, seeds=seeds)
+    planned = _planned_looks(selection) if until_decided else None
     _check_code(study, selection, trust=trust)
     count = LocalExecutor(workers).workers
     path = Path(results_dir)
@@ -141,7 +184,7 @@ def estimate_study(
     shown = console_for(progress, console)
     with Counter(shown, "measuring the speed of runs", 1.0) as counter:
         return estimate(
-            selection.train_jobs,
+            selection.train_jobs if planned is None else _next_jobs(planned, store),
             selection.pid_jobs,
             store,
             count,
