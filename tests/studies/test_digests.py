@@ -10,7 +10,7 @@ from touchdown.studies.study_file import from_toml
 
 ROOT = Path(__file__).parents[2]
 FIRST = {
-    "ace": "6e8e27851049",
+    "ace": "a493e980c9a4",
     "classic-control": "034709f468ff",
     "frugal": "a871eb8692d4",
     "presets": "f06942102590",

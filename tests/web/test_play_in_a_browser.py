@@ -114,7 +114,7 @@ def test_the_shipped_policy_lands_and_wins_the_race(opened: Open):
         tab.get_by_role("button", name="Watch ace").click()
         wait_until_over(tab)
         first, *others = status_of(tab).split(" · ")
-        assert first == "1. ace +280.2 (landed)"
+        assert first == "1. ace +279.3 (landed)"
         assert sorted(each.split()[1] for each in others) == ["heuristic", "pid"]
         assert "by=ace&against=pid&against=heuristic" in hash_of(tab)
         assert "flight=" not in hash_of(tab)  # the autopilot's actions need not be told
@@ -275,7 +275,7 @@ def test_a_file_of_weights_becomes_a_rival_and_any_other_file_is_refused(
         expect(tab.get_by_role("checkbox", name="mine")).to_be_checked()
         fly_fast(tab)
         wait_until_over(tab)
-        assert status_of(tab).startswith("1. mine +280.2 (landed)")
+        assert status_of(tab).startswith("1. mine +279.3 (landed)")
         tab.get_by_role("radio", name="mine").check()
         expect(tab.get_by_role("heading", name="What mine expects")).to_be_visible()
         chooser.set_input_files(tmp_path / "mine.safetensors")

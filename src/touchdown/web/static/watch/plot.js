@@ -83,14 +83,14 @@ export function drawPlot(element, traces, colours, options) {
 }
 
 /**
- * Calls a function with the custom data of a point that is clicked.
+ * Calls a function with the custom data of a point that is clicked, if it begins with something.
  * @param {HTMLElement} element a drawn chart
  * @param {(data: any) => void} clicked
  */
 export function onClick(element, clicked) {
   const chart = /** @type {any} */ (element);
   chart.on("plotly_click", (/** @type {{points: {customdata?: any}[]}} */ event) => {
-    const found = event.points.find((point) => point.customdata);
+    const found = event.points.find((point) => point.customdata?.[0]);
     if (found) clicked(found.customdata);
   });
 }

@@ -91,9 +91,7 @@ export function start() {
 
   function listen() {
     const curve = byId("curve");
-    onClick(curve, ([run, episode]) => {
-      if (run !== null) void films.flyEpisode(run, episode);
-    });
+    onClick(curve, ([run, episode]) => void films.flyEpisode(run, episode));
     /** @type {any} */ (curve).on("plotly_relayout", (/** @type {Record<string, any>} */ change) => {
       if ("xaxis.range[0]" in change)
         range = { from: change["xaxis.range[0]"], to: change["xaxis.range[1]"] };
