@@ -208,8 +208,8 @@ def test_a_page_between_two_looks_says_how_many_runs_open_claims_need(tmp_path):
 @pytest.mark.parametrize(
     ("study", "settings", "said"),
     [
-        (STUDY, {}, "study 'mine': has no looks; plan them in its file"),
-        ("paper", {}, "study 'paper': has no looks"),
+        (STUDY, {}, "study 'mine': has no looks; plan them, such as looks"),
+        ("paper", {}, "study 'paper': has no looks; those of a study file can"),
         (looking(), {"seeds": 3}, "seeds = 3: must be left out; the looks say how many"),
     ],
 )

@@ -90,9 +90,9 @@ def _planned_looks(selection: StudySelection) -> Study:
     """
     (study, _), *others = selection.studies
     if others or not study.looks:
+        where = "those of a study file can be planned" if selection.is_paper else "plan them"
         raise UserError(
-            f"study {selection.name!r}: has no looks; plan them in its file, such as "
-            "looks = [10, 20, 40]"
+            f"study {selection.name!r}: has no looks; {where}, such as looks = [10, 20, 40]"
         )
     if selection.seeds is not None:
         raise UserError(f"seeds = {selection.seeds}: must be left out; the looks say how many")
