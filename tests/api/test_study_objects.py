@@ -189,6 +189,8 @@ def test_it_runs_from_look_to_look_with_more_seeds_where_a_claim_is_open(tmp_pat
     assert {gamma for gamma, _ in second} == {0.9, 0.99}
     assert {seed for _, seed in second} == set(range(10, 20))
     report = touchdown.study_report("mine", results_dir=tmp_path, progress=False)
+    (status,) = touchdown.study_status("mine", results_dir=tmp_path)
+    assert status.runs == status.done
     (decision,) = report.decisions["mine"]
     assert decision.verdict == "holds"
     assert "decided at look 2 of 3, 20 seeds" in decision.evidence
@@ -202,7 +204,29 @@ def test_a_page_between_two_looks_says_how_many_runs_open_claims_need(tmp_path):
     touchdown.run_study(looking(), seeds=10, results_dir=tmp_path, executor=planted)
     report = touchdown.study_report("mine", results_dir=tmp_path, progress=False)
     assert report.results["mine"].missing == 20
-    assert "20 of 50 runs are not done yet" in report.page.read_text()
+    text = report.page.read_text()
+    assert "20 of 50 runs are not done yet" in text
+
+
+def test_a_run_that_fails_holds_up_its_own_claim_alone(tmp_path):
+    class Failing(Planted):
+        def run(self, jobs, store, on_event, should_stop):
+            bad = [j for j in jobs if (j.config.learning.gamma, j.config.seed) == (0.5, 3)]
+            for job in bad:
+                on_event(Event(job.digest, "failed", text="it diverged"))
+            super().run([job for job in jobs if job not in bad], store, on_event, should_stop)
+
+    about = Claim("It is about 500.", Near("0.5", 500, 20))
+    study = looking()
+    study = replace(study, claims=[*study.claims, about])
+    failing = Failing(lambda gamma, seed: 100.0 * gamma * 10 + 7 * ((seed * 7) % 5))
+    state = touchdown.run_study(study, until_decided=True, results_dir=tmp_path, executor=failing)
+    assert list(state.failed.values()) == ["it diverged"]
+    report = touchdown.study_report("mine", results_dir=tmp_path, progress=False)
+    decided, waiting = report.decisions["mine"]
+    assert decided.verdict == "holds"
+    assert waiting.evidence.startswith("9 finished seeds of each level; the first look is at 10")
+    assert "--until-decided" in report.page.read_text()
 
 
 @pytest.mark.parametrize(
@@ -210,6 +234,7 @@ def test_a_page_between_two_looks_says_how_many_runs_open_claims_need(tmp_path):
     [
         (STUDY, {}, "study 'mine': has no looks; plan them, such as looks"),
         ("paper", {}, "study 'paper': has no looks; those of a study file can"),
+        ("pid", {}, "study 'pid': has no looks"),
         (looking(), {"seeds": 3}, "seeds = 3: must be left out; the looks say how many"),
     ],
 )

@@ -85,6 +85,10 @@ def test_the_nearest_reading_is_first(store):
     assert (nearest["learner"], nearest["time limit"]) == ("literal-2.5e-4", "ends")
     assert distances[0].points == pytest.approx(0.0)
     assert distances[-1].points == pytest.approx((80 + 51 + 29) / 3)
+    # where the positive reward is not varied, it cannot turn a claim
+    topics = {each.topic.name: each for each in read_claims("quick", results, lambda _: None)}
+    assert "positive reward" in [turn.axis for turn in topics["resaves"].turns]
+    assert "positive reward" not in [turn.axis for turn in topics["discount"].turns]
     (always,) = (
         each
         for each in read_claims("quick", results, lambda _: None)

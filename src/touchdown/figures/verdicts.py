@@ -33,6 +33,7 @@ class Column(NamedTuple):
     """One of each axis."""
     verdicts: Sequence[str | None]
     """By claim; None if it has no runs."""
+    is_shaded: bool = False
 
 
 def draw_verdicts(
@@ -44,12 +45,14 @@ def draw_verdicts(
         ax: the axes to draw on.
         claims: the claims in few words, from the top.
         axes: the choices of each axis. Readings of the same choice on the first one stand together.
-        columns: the readings, from the left; the first one is shaded.
+        columns: the readings, from the left.
     """
     places = _places(columns, next(iter(axes.values())))
     choices = [choice for of_axis in axes.values() for choice in of_axis]
     rows = _rows(len(claims), [len(of_axis) for of_axis in axes.values()])
-    ax.axvspan(-0.5, 0.5, color=style.FAINT, alpha=0.5, linewidth=0)
+    for place, column in zip(places, columns, strict=True):
+        if column.is_shaded:
+            ax.axvspan(place - 0.5, place + 0.5, color=style.FAINT, alpha=0.5, linewidth=0)
     for verdict, mark in _MARKS.items():
         points = [
             (place, row)

@@ -112,6 +112,7 @@ def _map_section(found: Sequence[ReadClaim], stem: Path) -> Section:
         Column(
             reading.choices,
             [None if (d := each.decisions.get(reading)) is None else d.verdict for each in drawn],
+            is_shaded=reading.is_shipped,
         )
         for reading in readings()
         if any(reading in each.decisions for each in drawn)
@@ -227,7 +228,7 @@ def _table_of(found: Sequence[ReadClaim]) -> pl.DataFrame:
     return pl.DataFrame(
         [
             {
-                "study": each.topic.name,
+                "topic": each.topic.name,
                 "section": each.claim.section,
                 "claim": each.claim.sentence,
                 **reading.by_axis,

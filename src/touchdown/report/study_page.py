@@ -75,5 +75,5 @@ def _decisions(results: StudyResults) -> list[Decision]:
     study = results.study
     if not study.looks:
         return decide(study.claims, results.named, study.metric)
-    found = decide_in_looks(study.claims, results.named, study.looks, study.metric)
+    found = decide_in_looks(study.claims, results.named_until, study.looks, study.metric)
     return [each.decision for each in found]

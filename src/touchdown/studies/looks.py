@@ -1,13 +1,13 @@
 """Claims decided in looks: at planned numbers of seeds, until each is decided or hopeless."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from touchdown.core.types import FloatArray
 from touchdown.stats import compare, spending
 from touchdown.studies.assurance import decided_share
 from touchdown.studies.claims import Claim, Decision, finding_of, known_groups, verdict_of
-from touchdown.studies.findings import LEAST_P, Finding, Values, p_text
+from touchdown.studies.findings import LEAST_P, Finding, p_text
 from touchdown.studies.metrics import DEFAULT_METRIC
 from touchdown.studies.plan import PlannedRun, Study
 from touchdown.studies.results import StudyResults, read_study
@@ -15,6 +15,11 @@ from touchdown.studies.store import Store
 
 HOPELESS = 0.05
 """A claim gets no more seeds if all of the plan's would decide it with a smaller probability."""
+
+
+SeedValues = Callable[[str, str, int], FloatArray]
+"""One number per finished run of a cell, among its first planned seeds, [n], by the cell's name,
+the metric's and the number of seeds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,12 +32,13 @@ class LookDecision:
 
 
 def decide_in_looks(
-    claims: Sequence[Claim], values: Values, looks: Sequence[int], metric: str = DEFAULT_METRIC
+    claims: Sequence[Claim], values: SeedValues, looks: Sequence[int], metric: str = DEFAULT_METRIC
 ) -> list[LookDecision]:
     """Decide each claim at the first look at which it can be.
 
-    A look uses as many seeds of each cell as were planned for it, however many there are, so that
-    the verdicts do not depend on when somebody looked. At each look, the claims that are still open
+    A look uses the seeds that were planned for it, however many others there are, and waits until
+    all of them have finished, so that the verdicts do not depend on when somebody looked. At each
+    look, the claims that are still open
     share its level (Holm, 1979); the looks share 5% (`stats.spending`).
 
     Args:
@@ -42,17 +48,20 @@ def decide_in_looks(
         metric: the metric of claims that name none.
     """
     metrics = [claim.metric or metric for claim in claims]
-    groups = [known_groups(claim, values, of) for claim, of in zip(claims, metrics, strict=True)]
-    seeds = [min(map(len, of_claim)) for of_claim in groups]
     levels = spending.obrien_fleming(looks)
     found: dict[int, LookDecision] = {}
-    latest: dict[int, LookDecision] = {
-        i: _waiting(claim, metrics[i], seeds[i], looks[0]) for i, claim in enumerate(claims)
-    }
+    latest: dict[int, LookDecision] = {}
     for number, (look, level) in enumerate(zip(looks, levels, strict=True), start=1):
         is_open = [i for i in range(len(claims)) if i not in found]
+        groups = {
+            i: known_groups(claims[i], lambda cell, of, n=look: values(cell, of, n), metrics[i])
+            for i in is_open
+        }
+        seeds = {i: min(map(len, of_claim)) for i, of_claim in groups.items()}
+        if number == 1:
+            latest = {i: _waiting(claims[i], metrics[i], seeds[i], look) for i in is_open}
         findings = {
-            i: finding_of(claims[i].test, [group[:look] for group in groups[i]], metrics[i])
+            i: finding_of(claims[i].test, groups[i], metrics[i])
             for i in is_open
             if seeds[i] >= look
         }
@@ -61,19 +70,19 @@ def decide_in_looks(
             finding = findings.get(i)
             if finding is None:
                 continue
-            where = f"look {number} of {len(looks)}, {look} seeds"
+            where = f"look {number} of {len(looks)}, {look} seeds, level {p_text(level)}"
             decided = _decided(claims[i], metrics[i], finding, p, level, where)
             if decided is not None:
                 found[i] = LookDecision(decided, None)
             else:
-                seen = [group[:look] for group in groups[i]]
-                latest[i] = _open(claims[i], metrics[i], finding, p, seen, looks, levels, where)
+                later = list(zip(looks, levels, strict=True))[number:]
+                latest[i] = _open(claims[i], metrics[i], finding, p, groups[i], later, where)
     return [found.get(i, latest[i]) for i in range(len(claims))]
 
 
 def seeds_of_cells(
     claims: Sequence[Claim],
-    values: Values,
+    values: SeedValues,
     looks: Sequence[int],
     cells: Sequence[str],
     metric: str = DEFAULT_METRIC,
@@ -111,7 +120,7 @@ def next_runs(results: StudyResults) -> list[PlannedRun]:
     """The runs that a study should have now, by its results so far, by seed."""
     study = results.study
     cells = [cell.name for cell in study.cells()]
-    wanted = seeds_of_cells(study.claims, results.named, study.looks, cells, study.metric)
+    wanted = seeds_of_cells(study.claims, results.named_until, study.looks, cells, study.metric)
     return [
         run
         for run in study.runs(study.looks[-1])
@@ -143,21 +152,32 @@ def _open(
     finding: Finding,
     p: float,
     groups: Sequence[FloatArray],
-    looks: Sequence[int],
-    levels: Sequence[float],
+    later: Sequence[tuple[int, float]],
     where: str,
 ) -> LookDecision:
+    """The state of a claim that a look left open.
+
+    Args:
+        claim: the claim.
+        metric: the metric that was tested.
+        finding: what the look found.
+        p: its p-value, corrected for the other claims.
+        groups: the numbers that the look used.
+        later: the seeds and the level of each later look.
+        where: the look in words.
+    """
     text = f"{_text(finding, p)}; open at {where}"
-    later = [look for look in looks if look > finding.seeds]
-    if later:
-        further = later[-1] - finding.seeds
-        if decided_share(claim.test, groups, metric, levels[-1] / 2, further) < HOPELESS:
-            text = f"{text}; given up, because {later[-1]} seeds would decide it with less than "
-            text += f"{HOPELESS:.0%} probability"
-            later = []
-    more = later[0] - finding.seeds if later else None
+    chances = [
+        decided_share(claim.test, groups, metric, level / 2, look - finding.seeds)
+        for look, level in later
+    ]
+    if chances and max(chances) < HOPELESS:
+        text += f"; given up, because no later look would decide it with {HOPELESS:.0%} probability"
+        later = []
+    next_seeds = later[0][0] if later else None
+    more = None if next_seeds is None else next_seeds - finding.seeds
     decision = Decision(claim, metric, "undecided", text, finding.p_value, p, finding.seeds, more)
-    return LookDecision(decision, later[0] if later else None)
+    return LookDecision(decision, next_seeds)
 
 
 def _text(finding: Finding, p: float) -> str:

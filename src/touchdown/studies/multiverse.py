@@ -7,7 +7,14 @@ import numpy as np
 
 from touchdown.studies.claims import Claim, Decision, decide
 from touchdown.studies.paper import BEST, Scale, Topic
-from touchdown.studies.paper.readings import AXES, Reading, reading_topics, readings
+from touchdown.studies.paper.readings import (
+    ABOUT_REWARDS,
+    AXES,
+    POSITIVE,
+    Reading,
+    reading_topics,
+    readings,
+)
 from touchdown.studies.results import StudyResults
 
 PAPER_RETURNS: Mapping[str, float] = {"target-dqn": 170.0, "preferential-dqn": 199.0, BEST: 221.0}
@@ -44,9 +51,13 @@ class ReadClaim:
 
     @property
     def turns(self) -> list[Turn]:
-        """How often it holds by each axis, the axis with the largest spread first."""
+        """How often it holds by each axis that its study varies, the largest spread first."""
+        study = self.topic.study
+        varies_rewards = study is not None and study.name in ABOUT_REWARDS
         found: list[Turn] = []
         for place, (axis, choices) in enumerate(AXES.items()):
+            if axis == POSITIVE and not varies_rewards:
+                continue
             by_choice = {
                 choice: [d for r, d in self.decisions.items() if r.choices[place] == choice]
                 for choice in choices

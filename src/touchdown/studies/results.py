@@ -128,6 +128,19 @@ class StudyResults:
         found = next(each for each in self.study.cells() if each.name == cell)
         return self.values(found.labels, metric)
 
+    def named_until(self, cell: str, metric: str, seeds: int) -> FloatArray:
+        """Like `named`, of the first planned seeds alone.
+
+        Args:
+            cell: its name.
+            metric: one of `METRICS`.
+            seeds: number of planned seeds, of which some may not have finished.
+        """
+        found = next(each for each in self.study.cells() if each.name == cell)
+        end = self.study.first_seed + seeds
+        known = [run for run in self.of(found.labels) if run.seed < end]
+        return np.array([getattr(run, metric) for run in known], float)
+
     def of(self, labels: tuple[str, ...]) -> list[RunResult]:
         """The finished runs of a cell."""
         return [run for run in self.runs if run.labels == labels]

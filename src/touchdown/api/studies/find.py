@@ -46,6 +46,11 @@ class StudySelection:
     """Whether it is the paper's, not a user's."""
 
     @property
+    def in_looks(self) -> bool:
+        """Whether it is a study with looks, which say how many seeds it needs."""
+        return self.seeds is None and len(self.studies) == 1 and bool(self.studies[0][0].looks)
+
+    @property
     def groups(self) -> list[tuple[str, Sequence[Job]]]:
         """The jobs by what they are for; several may have the same run."""
         if self.name == READINGS:
@@ -80,11 +85,13 @@ class StudySelection:
         if not self.is_paper and self.file is None:
             arguments = ["study"]
             arguments += [] if self.seeds is None else [f"seeds={self.seeds}"]
+            arguments += ["until_decided=True"] if self.in_looks else []
             arguments += [f"results_dir={str(store.path)!r}"] if store and elsewhere else []
             return f"touchdown.run_study({', '.join(arguments)})"
         words = ["touchdown", "study", "run", str(self.file or self.name)]
         words += [] if self.file else ["--scale", self.scale]
         words += [] if self.seeds is None else ["--seeds", str(self.seeds)]
+        words += ["--until-decided"] if self.in_looks else []
         words += ["--results-dir", str(store.path)] if store and elsewhere else []
         words += ["--trust"] if any(job.config.own_code for job in self.train_jobs) else []
         return shlex.join(words)

@@ -72,13 +72,16 @@ def run_study(
         try:
             if planned is None:
                 return _run_jobs(selection, selection.jobs, store, runs, shown)
+            failed: dict[str, str] = {}  # which would fail again
             while True:
-                state = _run_jobs(selection, _next_jobs(planned, store), store, runs, shown)
-                # an undecided claim may ask for more seeds; a failed run would fail again
-                if state.failed or not store.missing(_next_jobs(planned, store)):
-                    return state
+                jobs = [each for each in _next_jobs(planned, store) if each.digest not in failed]
+                state = _run_jobs(selection, jobs, store, runs, shown)
+                failed |= state.failed
+                more = store.missing(_next_jobs(planned, store))  # of claims that are still open
+                if all(job.digest in failed for job in more):
+                    return replace(state, failed=failed)
         except Interrupted:
-            command = selection.command(store) + " --until-decided" * until_decided
+            command = selection.command(store)
             raise Interrupted(f"stopped and saved; resume with: {command}") from None
 
 
@@ -88,15 +91,15 @@ def _planned_looks(selection: StudySelection) -> Study:
     Raises:
         UserError: it has none, or the number of seeds was given, too.
     """
-    (study, _), *others = selection.studies
-    if others or not study.looks:
+    studies = [study for study, _ in selection.studies]
+    if len(studies) != 1 or not studies[0].looks:
         where = "those of a study file can be planned" if selection.is_paper else "plan them"
         raise UserError(
             f"study {selection.name!r}: has no looks; {where}, such as looks = [10, 20, 40]"
         )
     if selection.seeds is not None:
         raise UserError(f"seeds = {selection.seeds}: must be left out; the looks say how many")
-    return study
+    return studies[0]
 
 
 def _next_jobs(study: Study, store: Store) -> list[TrainJob]:

@@ -13,8 +13,10 @@ from touchdown.api.studies.find import (
     find_started,
 )
 from touchdown.core.errors import UserError
+from touchdown.studies import looks
 from touchdown.studies import store as stores
 from touchdown.studies.store import DEFAULT_RESULTS, Store
+from touchdown.studies.work import TrainJob
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +82,12 @@ def _progress_of(
 ) -> list[StudyProgress]:
     found: list[StudyProgress] = []
     names = selection.job_names()
-    for label, jobs in selection.groups:
+    groups = selection.groups
+    if selection.in_looks:
+        ((study, _),) = selection.studies
+        runs = looks.next_runs(looks.read_in_looks(study, store))
+        groups = [(study.name, [TrainJob(run.config) for run in runs])]
+    for label, jobs in groups:
         missing = {job.digest for job in store.without_results(jobs)}
         started = {digest for digest in missing if (store.runs / digest).is_dir()}
         found.append(

@@ -72,6 +72,7 @@ class Playground {
       fly: inGame(() => this.begin(this.byHand())),
       watch: inGame(() => this.begin({ ...game.setup, byHand: false })),
       autopilot: inGame(() => {
+        this.address.forget();
         if (!game.race.lead.over) this.shared = null; // it is another flight now
         game.toggleAutopilot();
       }),
@@ -150,6 +151,7 @@ class Playground {
       this.endDemo();
       this.begin(this.byHand());
     }
+    this.address.forget();
     if (this.game.takeOver()) this.shared = null; // it is another flight now
   }
 
@@ -210,6 +212,7 @@ class Playground {
       const name = await addPolicy(engine, policies, file);
       this.names.push(name);
       this.panel.offer(this.names);
+      this.panel.write(setup);
       if (this.address.waits) {
         if (!this.openLink()) this.say(this.address.complaint);
       } else {
