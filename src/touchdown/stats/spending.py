@@ -12,7 +12,7 @@ def obrien_fleming(looks: Sequence[int], alpha: float = ALPHA) -> list[float]:
 
     Early looks get little, so that the last one keeps most of the level. The levels add up to
     `alpha`; with each test at its own level, the probability of any false decision over all looks
-    is at most `alpha`, whatever the test and however the looks depend on each other.
+    is at most `alpha`, for any test and any dependence between the looks.
 
     Args:
         looks: numbers of seeds at the looks, increasing.

@@ -11,7 +11,7 @@ from touchdown.core.types import FloatArray
 from touchdown.stats import compare
 from touchdown.studies.assurance import ASSURANCE, FURTHER_SEEDS, seeds_for_decision
 from touchdown.studies.claim_tests import KINDS, Test
-from touchdown.studies.findings import LEAST_P, Finding, Values, Verdict, p_text
+from touchdown.studies.findings import Finding, Values, Verdict, evidence_text
 from touchdown.studies.metrics import DEFAULT_METRIC
 
 CLAIMS = "claims"
@@ -149,7 +149,7 @@ def _decision(
     *,
     with_advice: bool,
 ) -> Decision:
-    text = f"{finding.evidence}; p {p_text(p) if p < LEAST_P else f'= {p_text(p)}'}"
+    text = evidence_text(finding, p)
     raw, seeds = finding.p_value, finding.seeds
     verdict = verdict_of(finding, p, compare.ALPHA)
     if verdict != "undecided" or not with_advice:

@@ -48,6 +48,11 @@ class Finding:
         return VERDICTS[int(self.rule(alpha / 2).codes)]
 
 
+def evidence_text(finding: Finding, p: float) -> str:
+    """The evidence with its p-value, corrected for the other claims."""
+    return f"{finding.evidence}; p {p_text(p) if p < LEAST_P else f'= {p_text(p)}'}"
+
+
 def p_text(p: float) -> str:
     """A p-value with as many digits as are meaningful."""
     return "< 0.001" if p < LEAST_P else f"{p:.2g}" if p < 0.1 else f"{p:.2f}"

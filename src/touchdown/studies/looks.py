@@ -7,7 +7,7 @@ from touchdown.core.types import FloatArray
 from touchdown.stats import compare, spending
 from touchdown.studies.assurance import decided_share
 from touchdown.studies.claims import Claim, Decision, finding_of, known_groups, verdict_of
-from touchdown.studies.findings import LEAST_P, Finding, p_text
+from touchdown.studies.findings import Finding, evidence_text, p_text
 from touchdown.studies.metrics import DEFAULT_METRIC
 from touchdown.studies.plan import PlannedRun, Study
 from touchdown.studies.results import StudyResults, read_study
@@ -37,9 +37,9 @@ def decide_in_looks(
     """Decide each claim at the first look at which it can be.
 
     A look uses the seeds that were planned for it, however many others there are, and waits until
-    all of them have finished, so that the verdicts do not depend on when somebody looked. At each
-    look, the claims that are still open
-    share its level (Holm, 1979); the looks share 5% (`stats.spending`).
+    all of them have finished, so that the verdicts do not depend on when somebody looked. The
+    claims that are still open share the level of a look (Holm, 1979); the looks share 5%
+    (`stats.spending`).
 
     Args:
         claims: the claims of one study.
@@ -142,7 +142,7 @@ def _decided(
     verdict = verdict_of(finding, p, level)
     if verdict == "undecided":
         return None
-    text = f"{_text(finding, p)}; decided at {where}"
+    text = f"{evidence_text(finding, p)}; decided at {where}"
     return Decision(claim, metric, verdict, text, finding.p_value, p, finding.seeds, None)
 
 
@@ -166,7 +166,7 @@ def _open(
         later: the seeds and the level of each later look.
         where: the look in words.
     """
-    text = f"{_text(finding, p)}; open at {where}"
+    text = f"{evidence_text(finding, p)}; open at {where}"
     chances = [
         decided_share(claim.test, groups, metric, level / 2, look - finding.seeds)
         for look, level in later
@@ -178,7 +178,3 @@ def _open(
     more = None if next_seeds is None else next_seeds - finding.seeds
     decision = Decision(claim, metric, "undecided", text, finding.p_value, p, finding.seeds, more)
     return LookDecision(decision, next_seeds)
-
-
-def _text(finding: Finding, p: float) -> str:
-    return f"{finding.evidence}; p {p_text(p) if p < LEAST_P else f'= {p_text(p)}'}"

@@ -59,7 +59,7 @@ def _fused_learner(agent: LearnerAgent) -> FusedLearner:
 
 
 class Shared:
-    """What Python's objects and a loop in C++ have in common, whatever the agent's algorithm.
+    """What Python's objects share with a loop in C++, for any algorithm.
 
     Args:
         agent: acts and learns; its learner is a `FusedLearner`.

@@ -81,8 +81,7 @@ def interact(
         pool: the environments.
         start_of: the environment seed of an episode, by its number.
         underway: the current episode in each environment, updated before each step is yielded.
-        bootstrap_on_time_limit: whether the agent is told that a truncated episode was truncated;
-            if not, that it terminated.
+        bootstrap_on_time_limit: if False, the agent sees a truncated episode as terminated.
     """
     every_env = np.arange(len(underway.numbers))
     while True:

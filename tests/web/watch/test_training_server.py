@@ -92,35 +92,30 @@ def test_an_answer_that_is_not_the_servers_counts_as_none(run, tmp_path, monkeyp
         pytest.fail("it yields no address")
 
 
-def test_training_goes_on_without_a_server(tmp_path, monkeypatch):
-    monkeypatch.setattr(sys, "executable", str(tmp_path / "nothing"))
+def train_watched(runs_dir):
+    """A run of one episode, named `x`, that is watched and shows no progress."""
     settings = {"episodes": 1, "validation_episodes": 1, "final_validation_episodes": 1}
-    with pytest.warns(UserWarning, match="the server did not start: .*; training goes on without"):
-        trained = touchdown.train(
-            "pilot",
-            name="x",
-            runs_dir=tmp_path,
-            watch=True,
-            progress=False,
-            hidden_sizes=(8,),
-            test_episodes=0,
-            **settings,
-        )
-    assert trained.status == "finished"
-
-
-def test_its_address_is_printed_even_if_progress_is_not_shown(tmp_path, capsys):
-    settings = {"episodes": 1, "validation_episodes": 1, "final_validation_episodes": 1}
-    touchdown.train(
+    return touchdown.train(
         "pilot",
         name="x",
-        runs_dir=tmp_path,
+        runs_dir=runs_dir,
         watch=True,
         progress=False,
         hidden_sizes=(8,),
         test_episodes=0,
         **settings,
     )
+
+
+def test_training_goes_on_without_a_server(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "nothing"))
+    with pytest.warns(UserWarning, match="the server did not start: .*; training goes on without"):
+        trained = train_watched(tmp_path)
+    assert trained.status == "finished"
+
+
+def test_its_address_is_printed_even_if_progress_is_not_shown(tmp_path, capsys):
+    train_watched(tmp_path)
     assert capsys.readouterr().out.startswith("watch: http://127.0.0.1:")
     # a finished run has no training to watch
     touchdown.resume("x", runs_dir=tmp_path, watch=True, progress=False)

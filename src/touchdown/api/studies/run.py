@@ -73,12 +73,12 @@ def run_study(
             if planned is None:
                 return _run_jobs(selection, selection.jobs, store, runs, shown)
             failed: dict[str, str] = {}  # which would fail again
+            jobs = _next_jobs(planned, store)
             while True:
-                jobs = [each for each in _next_jobs(planned, store) if each.digest not in failed]
                 state = _run_jobs(selection, jobs, store, runs, shown)
                 failed |= state.failed
-                more = store.missing(_next_jobs(planned, store))  # of claims that are still open
-                if all(job.digest in failed for job in more):
+                jobs = [each for each in _next_jobs(planned, store) if each.digest not in failed]
+                if not store.missing(jobs):  # no claim that is open can get more seeds
                     return replace(state, failed=failed)
         except Interrupted:
             command = selection.command(store)

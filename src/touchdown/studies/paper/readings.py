@@ -9,6 +9,7 @@ last three cannot be told from what the other two of them do only together.
 import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 from touchdown.studies.changes import Changes
@@ -134,6 +135,7 @@ def reading_topics(scale: Scale) -> list[Topic]:
     ]
 
 
+@cache  # checking the settings of some hundred cells takes seconds
 def reading_studies(scale: Scale) -> dict[Reading, list[Study]]:
     """The studies of each reading, each study once."""
     studies = {topic.study.name: topic.study for topic in reading_topics(scale) if topic.study}
