@@ -12,6 +12,7 @@ from touchdown.studies.metrics import DEFAULT_METRIC
 from touchdown.studies.plan import PlannedRun, Study
 from touchdown.studies.results import StudyResults, read_study
 from touchdown.studies.store import Store
+from touchdown.studies.work import TrainJob
 
 HOPELESS = 0.05
 """A claim gets no more seeds if all of the plan's would decide it with a smaller probability."""
@@ -112,11 +113,21 @@ def read_in_looks(study: Study, store: Store) -> StudyResults:
     """
     results = read_study(study, study.looks[-1], store)
     digests = {run.name for run in results.runs} | results.failed.keys()
-    missing = sum(run.digest not in digests for run in next_runs(results))
+    missing = sum(run.digest not in digests for run in _next_runs(results))
     return replace(results, missing=missing)
 
 
-def next_runs(results: StudyResults) -> list[PlannedRun]:
+def next_jobs(study: Study, store: Store) -> list[TrainJob]:
+    """The runs that a study with looks should have now, done or not, by seed.
+
+    Raises:
+        UserError: a finished run's files are broken.
+    """
+    results = read_study(study, study.looks[-1], store)
+    return [TrainJob(run.config) for run in _next_runs(results)]
+
+
+def _next_runs(results: StudyResults) -> list[PlannedRun]:
     """The runs that a study should have now, by its results so far, by seed."""
     study = results.study
     cells = [cell.name for cell in study.cells()]

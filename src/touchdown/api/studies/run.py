@@ -19,7 +19,6 @@ from touchdown.studies.job import Job
 from touchdown.studies.plan import Study
 from touchdown.studies.runner import State
 from touchdown.studies.store import DEFAULT_RESULTS, StartedStudy, Store
-from touchdown.studies.work import TrainJob
 
 
 def run_study(
@@ -40,7 +39,7 @@ def run_study(
     can continue and report it.
 
     Args:
-        study: a `Study`, the path of a study file, `paper`, or one of its topics.
+        study: a `Study`, the path of a study file, `paper`, `readings`, or one of its topics.
         scale: scale of the paper's studies: `quick` or `full`.
         seeds: training seeds of each cell; None uses the study's number.
         until_decided: whether to run from one of the study's looks to the next, with more seeds
@@ -73,11 +72,13 @@ def run_study(
             if planned is None:
                 return _run_jobs(selection, selection.jobs, store, runs, shown)
             failed: dict[str, str] = {}  # which would fail again
-            jobs = _next_jobs(planned, store)
+            jobs = looks.next_jobs(planned, store)
             while True:
                 state = _run_jobs(selection, jobs, store, runs, shown)
                 failed |= state.failed
-                jobs = [each for each in _next_jobs(planned, store) if each.digest not in failed]
+                jobs = [
+                    each for each in looks.next_jobs(planned, store) if each.digest not in failed
+                ]
                 if not store.missing(jobs):  # no claim that is open can get more seeds
                     return replace(state, failed=failed)
         except Interrupted:
@@ -100,10 +101,6 @@ def _planned_looks(selection: StudySelection) -> Study:
     if selection.seeds is not None:
         raise UserError(f"seeds = {selection.seeds}: must be left out; the looks say how many")
     return studies[0]
-
-
-def _next_jobs(study: Study, store: Store) -> list[TrainJob]:
-    return [TrainJob(run.config) for run in looks.next_runs(looks.read_in_looks(study, store))]
 
 
 def _run_jobs(
@@ -163,7 +160,7 @@ def estimate_study(
     Finished runs show the speed of their kind; other kinds are trained for a few seconds.
 
     Args:
-        study: a `Study`, the path of a study file, `paper`, or one of its topics.
+        study: a `Study`, the path of a study file, `paper`, `readings`, or one of its topics.
         scale: scale of the paper's studies: `quick` or `full`.
         seeds: training seeds of each cell; None uses the study's number.
         until_decided: whether to estimate the time to the study's next look.
@@ -187,7 +184,7 @@ def estimate_study(
     shown = console_for(progress, console)
     with Counter(shown, "measuring the speed of runs", 1.0) as counter:
         return estimate(
-            selection.train_jobs if planned is None else _next_jobs(planned, store),
+            selection.train_jobs if planned is None else looks.next_jobs(planned, store),
             selection.pid_jobs,
             store,
             count,

@@ -16,7 +16,6 @@ from touchdown.core.errors import UserError
 from touchdown.studies import looks
 from touchdown.studies import store as stores
 from touchdown.studies.store import DEFAULT_RESULTS, Store
-from touchdown.studies.work import TrainJob
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,8 +84,7 @@ def _progress_of(
     groups = selection.groups
     if selection.in_looks:
         ((study, _),) = selection.studies
-        runs = looks.next_runs(looks.read_in_looks(study, store))
-        groups = [(study.name, [TrainJob(run.config) for run in runs])]
+        groups = [(study.name, looks.next_jobs(study, store))]
     for label, jobs in groups:
         missing = {job.digest for job in store.without_results(jobs)}
         started = {digest for digest in missing if (store.runs / digest).is_dir()}
