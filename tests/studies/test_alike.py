@@ -68,7 +68,8 @@ def test_distances_from_recorded_paths_equal_those_between_flights_that_are_flow
     assert from_records.starts == 3
     assert pid.to_pid == 0 < pid.to_random
     assert random.to_random == 0 < random.to_pid == pid.to_random
-    assert pid.to_other_seeds == (pid.to_random,)
+    assert pid.to_other_seeds == {1: pid.to_random}
+    assert random.to_other_seeds == {0: pid.to_random}
 
 
 def test_only_starts_that_all_have_flown_are_compared():
@@ -79,10 +80,13 @@ def test_only_starts_that_all_have_flown_are_compared():
 
 def test_the_ratio_is_that_of_the_pid_to_another_seed():
     found = AgentDistances(
-        (SeedDistances(0, 3.0, 9.0, (1.0, 2.0)), SeedDistances(1, 3.0, 9.0, ())), 5
+        (SeedDistances(0, 3.0, 9.0, {1: 1.0, 2: 2.0}), SeedDistances(1, 3.0, 9.0, {})), 5
     )
     assert_allclose(found.values("to the PID, over to another seed", "ratio"), [2])
     assert_allclose(found.values("to random", "distance"), [9, 9])
+    first = found.until(2).until(1)
+    assert [each.seed for each in first.of] == [0]
+    assert_allclose(found.until(2).values("to another seed", "distance"), [1])
 
 
 def test_runs_without_recorded_paths_are_left_out(tmp_path):

@@ -42,4 +42,5 @@ def test_the_published_runs_of_the_paper_are_those_that_its_studies_plan(table):
 
 
 def test_every_study_of_the_paper_is_published():
-    assert {path.stem for path in PUBLISHED} == set(paper.studies("quick"))
+    with_own_runs = set(paper.studies("quick")) - {"combination"}
+    assert {path.stem for path in PUBLISHED} == with_own_runs

@@ -5,7 +5,14 @@ from touchdown.core.types import FloatArray
 from touchdown.studies import looks
 from touchdown.studies.claim_tests import Beyond, Greater
 from touchdown.studies.claims import Claim
-from touchdown.studies.looks import decide_in_looks, seeds_of_cells
+from touchdown.studies.looks import (
+    LookDecision,
+    SeedValues,
+    decide_in_looks,
+    questions,
+    seeds_of_cells,
+)
+from touchdown.studies.plan import Factor, Level, Study
 
 A_OVER_B = Claim("a is better", Greater("a", "b", margin=20))
 A_OVER_C = Claim("a is better than c", Greater("a", "c", margin=20))
@@ -20,58 +27,65 @@ def numbers(**cells: FloatArray):
     return values
 
 
+def decided(claims: list[Claim], values: SeedValues) -> list[LookDecision]:
+    return decide_in_looks(questions(claims, values), LOOKS)
+
+
 def around(middle: float, count: int, seed: int, spread: float = 10.0) -> FloatArray:
     return middle + spread * np.random.default_rng(seed).standard_normal(count)
 
 
 def test_what_a_look_decides_no_later_seed_changes():
     a, b = around(100, 20, 0), around(0, 20, 1)
-    (found,) = decide_in_looks([A_OVER_B], numbers(a=a[:10], b=b[:10]), LOOKS)
+    (found,) = decided([A_OVER_B], numbers(a=a[:10], b=b[:10]))
     assert found.decision.verdict == "undecided"  # the first look has a level of 0.0001
     assert found.next_seeds == 20
     assert found.decision.more_seeds == 10
-    (found,) = decide_in_looks([A_OVER_B], numbers(a=a, b=b), LOOKS)
+    (found,) = decided([A_OVER_B], numbers(a=a, b=b))
     assert found.decision.verdict == "holds"
     assert "decided at look 2 of 3, 20 seeds" in found.decision.evidence
     later = numbers(a=np.append(a, np.full(20, -500.0)), b=np.append(b, np.zeros(20)))
-    (same,) = decide_in_looks([A_OVER_B], later, LOOKS)
+    (same,) = decided([A_OVER_B], later)
     assert same == found
 
 
 def test_seeds_between_two_looks_are_not_looked_at():
     a, b = around(100, 19, 0), around(0, 19, 1)
-    (few,) = decide_in_looks([A_OVER_B], numbers(a=a[:10], b=b[:10]), LOOKS)
-    (more,) = decide_in_looks([A_OVER_B], numbers(a=a, b=b), LOOKS)
+    (few,) = decided([A_OVER_B], numbers(a=a[:10], b=b[:10]))
+    (more,) = decided([A_OVER_B], numbers(a=a, b=b))
     assert more == few
 
 
 def test_only_the_cells_of_open_claims_get_more_seeds():
     cells = {"a": around(100, 20, 0), "b": around(0, 20, 1), "c": around(90, 20, 2, 60.0)}
     cells["d"] = np.zeros(9)
-    wanted = seeds_of_cells([A_OVER_B, A_OVER_C], numbers(**cells), LOOKS, list(cells))
-    assert wanted == {"a": 40, "b": 10, "c": 40, "d": 10}
+    claims = [A_OVER_B, A_OVER_C]
+    factor = Factor("letter", [Level(name) for name in cells])
+    study = Study(name="letters", factors=[factor], looks=LOOKS, seeds=7, claims=claims)
+    wanted = seeds_of_cells(study, claims, decided(claims, numbers(**cells)))
+    assert wanted == {"a": 40, "b": 10, "c": 40, "d": 7}  # no claim names d
 
 
 def test_a_claim_waits_for_its_first_look():
     values = numbers(a=around(0, 9, 0), b=around(0, 12, 1))
-    (found,) = decide_in_looks([A_OVER_B], values, LOOKS)
+    (found,) = decided([A_OVER_B], values)
     assert found.next_seeds == 10
     assert found.decision.evidence.startswith("9 finished seeds of each level; the first look is")
 
 
 def test_a_hopeless_claim_gets_no_more_seeds(monkeypatch):
     values = numbers(a=around(10, 10, 0, 100.0), b=around(0, 10, 1, 100.0))
-    (found,) = decide_in_looks([A_OVER_B], values, LOOKS)
+    (found,) = decided([A_OVER_B], values)
     assert found.next_seeds == 20
     monkeypatch.setattr(looks, "HOPELESS", 1.0)
-    (found,) = decide_in_looks([A_OVER_B], values, LOOKS)
+    (found,) = decided([A_OVER_B], values)
     assert found.next_seeds is None
     assert "given up" in found.decision.evidence
 
 
 def test_after_the_last_look_nothing_more_is_asked():
     values = numbers(a=around(5, 40, 0, 60.0), b=around(0, 40, 1, 60.0))
-    (found,) = decide_in_looks([A_OVER_B], values, LOOKS)
+    (found,) = decided([A_OVER_B], values)
     assert found.decision.verdict == "undecided"
     assert (found.next_seeds, found.decision.more_seeds) == (None, None)
     assert "open at look 3 of 3, 40 seeds" in found.decision.evidence
@@ -83,6 +97,6 @@ def test_three_looks_err_no_more_often_than_one():
     wrong = 0
     for _ in range(400):
         values = numbers(a=rng.standard_normal(40))
-        (found,) = decide_in_looks([above], values, LOOKS)
+        (found,) = decided([above], values)
         wrong += found.decision.verdict in ("holds", "does not hold")
     assert wrong / 400 < 0.05 + 2 * 0.011  # two standard errors

@@ -17,13 +17,31 @@ def test_every_claim_is_about_levels_that_are_run(scale):
 def test_the_studies_are_those_of_the_paper():
     assert list(paper.topics("quick")) == [
         "ladder", "hover", "size", "depth", "target-period", "resaves", "discount",
-        "epsilon-decay", "discount-epsilon-decay", "alike", "pid",
+        "epsilon-decay", "discount-epsilon-decay", "combination", "alike", "pid",
     ]  # fmt: skip
     full = paper.studies("full")
     assert all(study.seeds == 10 for study in full.values())
     quick = paper.studies("quick")
     assert quick["ladder"].seeds == 5
     assert all(study.seeds >= 3 for study in quick.values())
+
+
+def test_the_combination_has_the_levels_of_all_studies_of_one_setting_and_no_run_of_its_own():
+    studies = paper.studies("full")
+    cells = studies["combination"].cells()
+    assert cells[0].name == paper.BEST
+    others = ("size", "depth", "target-period", "resaves", "discount", "epsilon-decay")
+    known = {cell.config.digest for name in others for cell in studies[name].cells()}
+    assert {cell.config.digest for cell in cells} == known
+    assert len(cells) == len(known)
+
+
+def test_the_full_scale_decides_in_looks_on_seeds_that_nobody_has_seen():
+    full = paper.studies("full")
+    assert {tuple(study.looks) for study in full.values()} == {(30, 60, 120)}
+    assert {study.first_seed for study in full.values()} == {10}
+    assert min(job.tuning.seed for job in paper.pid_jobs("full")) == 10
+    assert not any(study.looks for study in paper.studies("quick").values())
 
 
 @pytest.mark.parametrize("scale", paper.SCALES)

@@ -123,6 +123,7 @@ def claims_table(decisions: Mapping[str, Sequence[Any]]) -> Table:
         "no difference that matters": "cyan",
         "reached and exceeded": "green",
         "undecided": "yellow",
+        "preview": "dim",
     }
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("study", overflow="fold")

@@ -20,6 +20,7 @@ _MARKS: Mapping[str, _Mark] = {
     "no difference that matters": _Mark("s", style.BLUE, 34.0),
     "does not hold": _Mark("X", style.RED),
     "undecided": _Mark(".", style.MUTED, 26.0),
+    "preview": _Mark(".", style.MUTED, 26.0),
 }
 
 

@@ -40,7 +40,7 @@ def alike_section(
             (
                 str(each.seed),
                 f"{each.to_pid:.2f}",
-                f"{np.mean(each.to_other_seeds):.2f}" if each.to_other_seeds else "–",
+                f"{np.mean([*each.to_other_seeds.values()]):.2f}" if each.to_other_seeds else "–",
                 f"{each.to_random:.2f}",
             )
             for each in distances.of

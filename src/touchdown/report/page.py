@@ -197,6 +197,8 @@ def write_page(page: Page, path: Path) -> None:
 
 def _counted(claims: Iterable[ClaimRow]) -> list[tuple[Verdict, int]]:
     counted = Counter(claim.verdict for claim in claims)
+    if counted["preview"]:
+        return [("preview", counted["preview"])]
     return [(verdict, counted[verdict]) for verdict in VERDICTS.values()]
 
 

@@ -1,6 +1,6 @@
 """The page of the paper's experiments: a section for each topic, a verdict on each claim."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from touchdown.core import files
@@ -12,12 +12,23 @@ from touchdown.report.output import PAGE, Report, write_report
 from touchdown.report.page import Page, Section
 from touchdown.report.provenance import page_facts, provenance_of
 from touchdown.runs.folder import RunFolder
-from touchdown.studies import alike, paper
-from touchdown.studies.claims import CLAIMS, Decision, decide
+from touchdown.studies import paper
+from touchdown.studies.claims import CLAIMS, Decision
 from touchdown.studies.paper import Scale, Topic
-from touchdown.studies.results import PidResult, StudyResults, read_pid, read_study
+from touchdown.studies.paper import looks as paper_looks
+from touchdown.studies.paper.looks import PaperResults
 from touchdown.studies.store import Store
 from touchdown.studies.work import BaselineJob
+
+_LEADS = {
+    True: "Every experiment of the paper, with its own clocks: one environment, and an update "
+    "after each step. A verdict on each claim is by a statistical test, a smallest effect of "
+    "interest and numbers of seeds that were specified before the runs.",
+    False: "A preview of the paper's experiments, which takes a fraction of the time: with 16 "
+    "environments and an update every fourth step, its clocks are not the paper's, so it decides "
+    "no claim.",
+}
+"""The first sentences of the page, by whether its scale has looks."""
 
 
 def write_paper_report(
@@ -39,7 +50,7 @@ def write_paper_report(
 
     Args:
         scale: scale of the runs.
-        seeds: training seeds per cell; None uses the study's own number.
+        seeds: training seeds per cell, of a scale without looks; None uses the study's own number.
         store: store of the runs.
         out: folder for the page and its pictures.
         names: topics to write; None writes all.
@@ -53,31 +64,24 @@ def write_paper_report(
     """
     topics = paper.topics(scale)
     wanted = [topics[name] for name in (names or topics)]
-    results = {
-        study.name: read_study(study, seeds or study.seeds, store)
-        for study in {t.study.name: t.study for t in wanted if t.study}.values()
-    }
-    tuned = read_pid(paper.pid_jobs(scale, seeds), store)
+    found = _read(scale, seeds, store, wanted)
+    results = found.results
     decisions: dict[str, list[Decision]] = {}
     sections: list[Section] = []
     with files.complete_folder(out) as folder:
         builder = Builder(folder, beside=out if linked else None, on_step=on_step)
         for topic in wanted:
-            made = _section_of(builder, topic, results, tuned, store)
+            made = _section_of(builder, topic, found, store)
             if made is None or topic.study is None or topic.name == "alike":
                 for _ in range(STEPS):  # a section of another kind, or none
                     on_step(topic.name)
             if made is not None:
                 decisions[topic.name], section = made
                 sections.append(section)
-        lead = (
-            "Every experiment of the paper over several training seeds, with a verdict on each of "
-            "its claims by a statistical test that was specified before the runs."
-        )
         page = Page(
             title="The paper, re-measured",
-            lead=f"{lead} {note}".strip(),
-            facts=page_facts(results, tuned, scale),
+            lead=f"{_LEADS[bool(paper.LOOKS[scale])]} {note}".strip(),
+            facts=page_facts(results, found.tuned, scale),
             sections=tuple(sections),
             provenance=provenance_of(command, results, scale),
         )
@@ -89,36 +93,37 @@ def write_paper_report(
         if any(decisions.values()):
             tables[CLAIMS] = claim_table(decisions)
         write_report(page, tables, folder)
-    return Report(out / PAGE, decisions, results)
+    return Report(out / PAGE, decisions, dict(results))
+
+
+def _read(scale: Scale, seeds: int | None, store: Store, wanted: Sequence[Topic]) -> PaperResults:
+    """The results of topics, with decisions if the scale has looks, and else without."""
+    if paper.LOOKS[scale]:
+        return paper_looks.read_paper(scale, store)
+    return paper_looks.preview_paper(scale, seeds, store, wanted)
 
 
 def _section_of(
-    builder: Builder,
-    topic: Topic,
-    results: Mapping[str, StudyResults],
-    tuned: Sequence[PidResult],
-    store: Store,
+    builder: Builder, topic: Topic, found: PaperResults, store: Store
 ) -> tuple[list[Decision], Section] | None:
     """A topic's decisions and section; None if its records are missing."""
     title = f"{topic.title} (section {topic.section})"
+    decisions = list(found.decisions.get(topic.name, []))
     if topic.study is None:
-        if not tuned:
+        if not found.tuned:
             return None
-        decisions = decide(topic.claims, pid_section.values_of(tuned))
-        return decisions, pid_section.pid_section(builder, topic, title, tuned, decisions)
-    found = results[topic.study.name]
-    if not found.runs:
+        return decisions, pid_section.pid_section(builder, topic, title, found.tuned, decisions)
+    results = found.results[topic.study.name]
+    if not results.runs:
         return None
     if topic.name == "alike":
-        distances = alike.agent_distances(found, (paper.BEST,), store)
-        if distances is None:
+        if found.distances is None:
             return None
-        decisions = decide(topic.claims, distances.values)
-        return decisions, alike_section.alike_section(builder, topic, title, distances, decisions)
-    decisions = decide(topic.claims, found.named, topic.metric)
+        section = alike_section.alike_section(builder, topic, title, found.distances, decisions)
+        return decisions, section
     lines = _baseline_returns(store) if topic.with_baselines else {}
     section = builder.section(
-        topic.name, title, topic.question, found, topic.metric, decisions, lines
+        topic.name, title, topic.question, results, topic.metric, decisions, lines
     )
     return decisions, section
 

@@ -10,7 +10,7 @@ from touchdown.report.output import PAGE, Report, write_report
 from touchdown.report.page import Page
 from touchdown.report.provenance import page_facts, provenance_of
 from touchdown.studies.claims import CLAIMS, Decision, decide
-from touchdown.studies.looks import decide_in_looks, read_in_looks
+from touchdown.studies.looks import decide_study, read_in_looks
 from touchdown.studies.plan import Study
 from touchdown.studies.results import StudyResults, read_study
 from touchdown.studies.store import Store
@@ -75,5 +75,4 @@ def _decisions(results: StudyResults) -> list[Decision]:
     study = results.study
     if not study.looks:
         return decide(study.claims, results.named, study.metric)
-    found = decide_in_looks(study.claims, results.named_until, study.looks, study.metric)
-    return [each.decision for each in found]
+    return [each.decision for each in decide_study(results)]

@@ -1,7 +1,8 @@
 """Similarity of two policies' flights: distances of paths from the same starts (section 9)."""
 
+import itertools
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -23,12 +24,13 @@ class SeedDistances:
     seed: int
     to_pid: float
     to_random: float
-    to_other_seeds: tuple[float, ...]
+    to_other_seeds: Mapping[int, float]
+    """By the other seed."""
 
     @property
     def ratio(self) -> float:
         """The distance to the PID divided by that to another seed of the same agent."""
-        return self.to_pid / float(np.mean(self.to_other_seeds))
+        return self.to_pid / float(np.mean([*self.to_other_seeds.values()]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +39,20 @@ class AgentDistances:
 
     of: tuple[SeedDistances, ...]
     starts: int
+
+    def until(self, end: int) -> "AgentDistances":
+        """The same without the seeds from `end` on."""
+        return AgentDistances(
+            tuple(
+                replace(
+                    each,
+                    to_other_seeds={s: d for s, d in each.to_other_seeds.items() if s < end},
+                )
+                for each in self.of
+                if each.seed < end
+            ),
+            self.starts,
+        )
 
     def values(self, name: str, metric: str) -> FloatArray:
         """One number per seed, for claims.
@@ -50,11 +66,13 @@ class AgentDistances:
             "to the PID": [each.to_pid for each in self.of],
             "to random": [each.to_random for each in self.of],
             "to another seed": [
-                float(np.mean(each.to_other_seeds)) for each in self.of if each.to_other_seeds
+                float(np.mean([*each.to_other_seeds.values()]))
+                for each in self.of
+                if each.to_other_seeds
             ],
             # no ratio if all flights of the seeds are equal
             "to the PID, over to another seed": [
-                each.ratio for each in self.of if any(each.to_other_seeds)
+                each.ratio for each in self.of if any(each.to_other_seeds.values())
             ],
         }
         return np.array(kinds[name], float)
@@ -88,14 +106,12 @@ def compare_paths(
     def between(some: FlightPaths, others: FlightPaths) -> float:
         return float(np.mean([distance(some[start], others[start]) for start in starts]))
 
+    to_others: dict[int, dict[int, float]] = {seed: {} for seed in agents}
+    for one, other in itertools.combinations(agents, 2):  # many: a hundred seeds have 5,000 pairs
+        to_others[one][other] = to_others[other][one] = between(agents[one], agents[other])
     return AgentDistances(
         tuple(
-            SeedDistances(
-                seed,
-                between(paths, pid),
-                between(paths, random),
-                tuple(between(paths, other) for each, other in agents.items() if each != seed),
-            )
+            SeedDistances(seed, between(paths, pid), between(paths, random), to_others[seed])
             for seed, paths in agents.items()
         ),
         len(starts),

@@ -1,7 +1,7 @@
 """Claims and their verdicts, decided by statistical tests on one number per training seed."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -102,6 +102,14 @@ def decide(
             claims, metrics, groups, findings, corrected, strict=True
         )
     ]
+
+
+def preview(
+    claims: Sequence[Claim], values: Values, metric: str = DEFAULT_METRIC
+) -> list[Decision]:
+    """The evidence on each claim, without a verdict; see `decide`."""
+    found = decide(claims, values, metric, with_advice=False)
+    return [replace(each, verdict="preview") for each in found]
 
 
 def known_groups(claim: Claim, values: Values, metric: str) -> list[FloatArray]:

@@ -14,8 +14,14 @@ Values = Callable[[str, str], FloatArray]
 """One number per seed of a cell, [n], by the cell's name and the metric's."""
 
 Verdict = Literal[
-    "holds", "does not hold", "no difference that matters", "reached and exceeded", "undecided"
+    "holds",
+    "does not hold",
+    "no difference that matters",
+    "reached and exceeded",
+    "undecided",
+    "preview",
 ]
+"""What becomes of a claim; `preview` if its runs are not those that decide it."""
 VERDICTS: dict[int, Verdict] = {
     HOLDS: "holds",
     EXCEEDS: "reached and exceeded",

@@ -1,6 +1,6 @@
 """Claims decided in looks: at planned numbers of seeds, until each is decided or hopeless."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from touchdown.core.types import FloatArray
@@ -24,6 +24,16 @@ the metric's and the number of seeds."""
 
 
 @dataclass(frozen=True, slots=True)
+class Question:
+    """A claim with the numbers that decide it."""
+
+    claim: Claim
+    values: SeedValues
+    metric: str
+    """The metric that is tested."""
+
+
+@dataclass(frozen=True, slots=True)
 class LookDecision:
     """A claim with its verdict so far."""
 
@@ -32,37 +42,45 @@ class LookDecision:
     """Seeds per cell at the next look; None if it is decided, hopeless, or was the last."""
 
 
+def questions(
+    claims: Iterable[Claim], values: SeedValues, metric: str = DEFAULT_METRIC
+) -> list[Question]:
+    """The claims about the same numbers.
+
+    Args:
+        claims: the claims.
+        values: their numbers.
+        metric: the metric of claims that name none.
+    """
+    return [Question(claim, values, claim.metric or metric) for claim in claims]
+
+
 def decide_in_looks(
-    claims: Sequence[Claim], values: SeedValues, looks: Sequence[int], metric: str = DEFAULT_METRIC
+    asked: Sequence[Question], looks: Sequence[int], shape: str = spending.OBRIEN_FLEMING
 ) -> list[LookDecision]:
     """Decide each claim at the first look at which it can be.
 
     A look uses the seeds that were planned for it, however many others there are, and waits until
     all of them have finished, so that the verdicts do not depend on when somebody looked. The
-    claims that are still open share the level of a look (Holm, 1979); the looks share 5%
-    (`stats.spending`).
+    claims that are still open share the level of a look (Holm, 1979), also those that wait for
+    their seeds; the looks share 5% (`stats.spending`).
 
     Args:
-        claims: the claims of one study.
-        values: the study's numbers.
+        asked: the claims that share the 5%, with their numbers.
         looks: numbers of seeds, increasing.
-        metric: the metric of claims that name none.
+        shape: how the looks share the 5%, one of `spending.SHAPES`.
     """
-    metrics = [claim.metric or metric for claim in claims]
-    levels = spending.obrien_fleming(looks)
+    levels = spending.levels(looks, shape)
     found: dict[int, LookDecision] = {}
     latest: dict[int, LookDecision] = {}
     for number, (look, level) in enumerate(zip(looks, levels, strict=True), start=1):
-        is_open = [i for i in range(len(claims)) if i not in found]
-        groups = {
-            i: known_groups(claims[i], lambda cell, of, n=look: values(cell, of, n), metrics[i])
-            for i in is_open
-        }
+        is_open = [i for i in range(len(asked)) if i not in found]
+        groups = {i: _groups(asked[i], look) for i in is_open}
         seeds = {i: min(map(len, of_claim)) for i, of_claim in groups.items()}
         if number == 1:
-            latest = {i: _waiting(claims[i], metrics[i], seeds[i], look) for i in is_open}
+            latest = {i: _waiting(asked[i], seeds[i], look) for i in is_open}
         findings = {
-            i: finding_of(claims[i].test, groups[i], metrics[i])
+            i: finding_of(asked[i].claim.test, groups[i], asked[i].metric)
             for i in is_open
             if seeds[i] >= look
         }
@@ -72,33 +90,33 @@ def decide_in_looks(
             if finding is None:
                 continue
             where = f"look {number} of {len(looks)}, {look} seeds, level {p_text(level)}"
-            decided = _decided(claims[i], metrics[i], finding, p, level, where)
+            decided = _decided(asked[i], finding, p, level, where)
             if decided is not None:
                 found[i] = LookDecision(decided, None)
             else:
                 later = list(zip(looks, levels, strict=True))[number:]
-                latest[i] = _open(claims[i], metrics[i], finding, p, groups[i], later, where)
-    return [found.get(i, latest[i]) for i in range(len(claims))]
+                latest[i] = _open(asked[i], finding, p, groups[i], later, where)
+    return [found.get(i, latest[i]) for i in range(len(asked))]
 
 
 def seeds_of_cells(
-    claims: Sequence[Claim],
-    values: SeedValues,
-    looks: Sequence[int],
-    cells: Sequence[str],
-    metric: str = DEFAULT_METRIC,
+    study: Study, claims: Sequence[Claim], decisions: Sequence[LookDecision]
 ) -> dict[str, int]:
     """How many seeds each cell should have: more where a claim is open.
 
+    A cell that no claim names has the study's own number.
+
     Args:
-        claims: the claims of one study.
-        values: the study's numbers.
-        looks: numbers of seeds, increasing.
-        cells: the names of all cells.
-        metric: the metric of claims that name none.
+        study: a study with looks.
+        claims: all claims about its cells.
+        decisions: those of these claims.
     """
-    wanted = dict.fromkeys(cells, looks[0])
-    for each in decide_in_looks(claims, values, looks, metric):
+    named = {cell for claim in claims for cell in claim.test.cells}
+    wanted = {
+        cell.name: study.looks[0] if cell.name in named else min(study.seeds, study.looks[-1])
+        for cell in study.cells()
+    }
+    for each in decisions:
         if each.next_seeds is not None:
             for cell in each.decision.claim.test.cells:
                 wanted[cell] = max(wanted[cell], each.next_seeds)
@@ -112,9 +130,19 @@ def read_in_looks(study: Study, store: Store) -> StudyResults:
         UserError: a finished run's files are broken.
     """
     results = read_study(study, study.looks[-1], store)
+    return with_missing(results, _wanted(results))
+
+
+def with_missing(results: StudyResults, wanted: Mapping[str, int]) -> StudyResults:
+    """The same results, of which the runs are missing that a study should have now.
+
+    Args:
+        results: the results with all seeds of a study in looks.
+        wanted: the number of seeds of each cell.
+    """
     digests = {run.name for run in results.runs} | results.failed.keys()
-    missing = sum(run.digest not in digests for run in _next_runs(results))
-    return replace(results, missing=missing)
+    planned = planned_until(results.study, wanted)
+    return replace(results, missing=sum(run.digest not in digests for run in planned))
 
 
 def next_jobs(study: Study, store: Store) -> list[TrainJob]:
@@ -124,42 +152,68 @@ def next_jobs(study: Study, store: Store) -> list[TrainJob]:
         UserError: a finished run's files are broken.
     """
     results = read_study(study, study.looks[-1], store)
-    return [TrainJob(run.config) for run in _next_runs(results)]
+    return [TrainJob(run.config) for run in planned_until(study, _wanted(results))]
 
 
-def _next_runs(results: StudyResults) -> list[PlannedRun]:
-    """The runs that a study should have now, by its results so far, by seed."""
+def decide_study(results: StudyResults) -> list[LookDecision]:
+    """The decisions on the claims of a study with looks.
+
+    Args:
+        results: its results with all seeds.
+    """
     study = results.study
-    cells = [cell.name for cell in study.cells()]
-    wanted = seeds_of_cells(study.claims, results.named_until, study.looks, cells, study.metric)
+    asked = questions(study.claims, results.named_until, study.metric)
+    return decide_in_looks(asked, study.looks, study.spending)
+
+
+def planned_until(study: Study, wanted: Mapping[str, int]) -> list[PlannedRun]:
+    """The runs of a study, by seed.
+
+    Args:
+        study: the study.
+        wanted: the number of seeds of each cell.
+    """
     return [
         run
-        for run in study.runs(study.looks[-1])
+        for run in study.runs(max(wanted.values()))
         if run.seed < study.first_seed + wanted[run.cell.name]
     ]
 
 
-def _waiting(claim: Claim, metric: str, seeds: int, first: int) -> LookDecision:
+def _wanted(results: StudyResults) -> dict[str, int]:
+    study = results.study
+    return seeds_of_cells(study, study.claims, decide_study(results))
+
+
+def _groups(question: Question, seeds: int) -> list[FloatArray]:
+    """The numbers of a claim's cells with the first seeds."""
+    return known_groups(
+        question.claim, lambda cell, of: question.values(cell, of, seeds), question.metric
+    )
+
+
+def _waiting(question: Question, seeds: int, first: int) -> LookDecision:
     text = f"{seeds} finished seeds of each level; the first look is at {first}"
+    claim, metric = question.claim, question.metric
     return LookDecision(
         Decision(claim, metric, "undecided", text, 1.0, 1.0, seeds, first - seeds), first
     )
 
 
 def _decided(
-    claim: Claim, metric: str, finding: Finding, p: float, level: float, where: str
+    question: Question, finding: Finding, p: float, level: float, where: str
 ) -> Decision | None:
     """The decision at a look; None if it is open."""
     verdict = verdict_of(finding, p, level)
     if verdict == "undecided":
         return None
     text = f"{evidence_text(finding, p)}; decided at {where}"
+    claim, metric = question.claim, question.metric
     return Decision(claim, metric, verdict, text, finding.p_value, p, finding.seeds, None)
 
 
 def _open(
-    claim: Claim,
-    metric: str,
+    question: Question,
     finding: Finding,
     p: float,
     groups: Sequence[FloatArray],
@@ -169,14 +223,14 @@ def _open(
     """The state of a claim that a look left open.
 
     Args:
-        claim: the claim.
-        metric: the metric that was tested.
+        question: the claim.
         finding: what the look found.
         p: its p-value, corrected for the other claims.
         groups: the numbers that the look used.
         later: the seeds and the level of each later look.
         where: the look in words.
     """
+    claim, metric = question.claim, question.metric
     text = f"{evidence_text(finding, p)}; open at {where}"
     chances = [
         decided_share(claim.test, groups, metric, level / 2, look - finding.seeds)

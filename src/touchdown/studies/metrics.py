@@ -16,12 +16,16 @@ METRICS = {
     "hover_peak_share": "largest share, of any 100 training episodes in a row, that ran 1000 steps",
     "worst_return": "lowest test return",
     "share_solved": "share of test returns that reach the environment's threshold",
+    "overestimation": "what the final weights expect of a test episode minus what it brings, "
+    "discounted",
+    "rewarded_share": "share of the replay memory, at the end of training, with a reward above "
+    "resave_threshold",
 }
 """What each metric measures, in return points or shares; the names are fields of `RunResult`."""
 DEFAULT_METRIC = "best_return"
 TIMES = {"env_steps_to_solved": "environment steps until a validation first reached the threshold"}
 """Metrics of claims alone: a time is ∞ for a run that never got there, so it has no mean."""
-TEST_METRICS = ("best_return", "last_return", "worst_return", "share_solved")
+TEST_METRICS = ("best_return", "last_return", "worst_return", "share_solved", "overestimation")
 """Metrics that need a test."""
 
 
@@ -31,7 +35,7 @@ _OF_PATHS = ("distance", "ratio")  # of the paper's comparison of flights
 
 def is_return(metric: str) -> bool:
     """Whether a metric is in return points, of which more is better."""
-    return metric in METRICS and not is_share(metric)
+    return metric in METRICS and metric != "overestimation" and not is_share(metric)
 
 
 def is_share(metric: str) -> bool:

@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Any, cast
 
 from touchdown.config import presets, toml
@@ -11,6 +12,7 @@ from touchdown.config.config import Config
 from touchdown.core.complaints import complaint
 from touchdown.core.errors import UserError
 from touchdown.core.names import hint
+from touchdown.stats import spending
 from touchdown.studies.changes import Changes, nested
 from touchdown.studies.claims import Claim
 from touchdown.studies.metrics import DEFAULT_METRIC, METRICS, TEST_METRICS, TIMES
@@ -114,12 +116,12 @@ class PlannedRun:
     @property
     def config(self) -> Config:
         """All settings of the run."""
-        return replace(self.cell.config, seed=self.seed)
+        return _with_seed(self.cell.config, self.seed)[0]
 
     @property
     def digest(self) -> str:
         """Identifier of the run; studies with the same run share it."""
-        return self.config.digest
+        return _with_seed(self.cell.config, self.seed)[1]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -163,6 +165,9 @@ class Study:
     looks: Sequence[int] = ()
     """Numbers of training seeds at which claims are tested, increasing; `study run --until-decided`
     runs from one to the next. Without any, claims are tested once, with all seeds."""
+    spending: str = spending.OBRIEN_FLEMING
+    """How the looks share the 5%, one of `stats.spending.SHAPES`: `obrien-fleming` keeps most of it
+    for the last look, `pocock` gives the first looks more."""
     first_seed: int = 0
     """The smallest training seed. A search for settings uses `FIRST_TUNING_SEED` or above."""
     metric: str = DEFAULT_METRIC
@@ -179,7 +184,7 @@ class Study:
 
     def __post_init__(self) -> None:
         _check_types(self, name=str, seeds=int, base_level=str, first_seed=int, metric=str)
-        _check_types(self, title=str, question=str)
+        _check_types(self, title=str, question=str, spending=str)
         _check_is(self.base, str | Config, "base", "a preset's name or a Config")
         _check_is(self.changes, Mapping, "changes", "a dictionary of settings")
         object.__setattr__(self, "factors", _all_are(self.factors, Factor, "factors"))
@@ -212,8 +217,11 @@ class Study:
         """Refuse looks that cannot be kept.
 
         Raises:
-            UserError: they do not increase, are too large, or the first has too few seeds.
+            UserError: they do not increase, are too large, or the first has too few seeds; or the
+                shape of their spending is unknown.
         """
+        if self.spending not in spending.SHAPES:
+            raise UserError(f"spending = {self.spending!r}: {hint(self.spending, spending.SHAPES)}")
         if not self.looks:
             return
         text = list(self.looks)
@@ -243,7 +251,8 @@ class Study:
         """
         count = self.seeds if seeds is None else seeds
         seeds_in_order = range(self.first_seed, self.first_seed + count)
-        return [PlannedRun(cell, seed) for seed in seeds_in_order for cell in self.cells()]
+        cells = self.cells()
+        return [PlannedRun(cell, seed) for seed in seeds_in_order for cell in cells]
 
     def base_cell(self) -> Cell:
         """The baseline cell."""
@@ -259,6 +268,15 @@ class Study:
             rest = {name: value for name, value in changes.items() if name != "preset"}
             config = toml.replace_fields(config, rest, where)
         return cast(Config, config)
+
+
+@lru_cache(
+    maxsize=1 << 16
+)  # several studies of one page ask for the same thousands, a millisecond each
+def _with_seed(config: Config, seed: int) -> tuple[Config, str]:
+    """The config with a seed, and its digest."""
+    seeded = replace(config, seed=seed)
+    return seeded, seeded.digest
 
 
 def check_seeds(seeds: int, first_seed: int = 0) -> None:

@@ -21,8 +21,9 @@ from touchdown.runs.rows import EpisodeRow, ValidationRow
 from touchdown.runs.run import Run
 from touchdown.stats import curves
 from touchdown.stats.summary import Summary
+from touchdown.studies import value_error
 from touchdown.studies.metrics import METRICS
-from touchdown.studies.plan import Study
+from touchdown.studies.plan import BETWEEN_LABELS, Study
 from touchdown.studies.store import Store
 from touchdown.studies.tuners import Tuned
 from touchdown.studies.work import LAST, PidJob
@@ -56,6 +57,10 @@ class RunResult:
     worst_return: float
     share_solved: float
     """Share of test returns that reach the threshold; NaN also in an environment without one."""
+    overestimation: float
+    """NaN if no values were recorded, as in runs of earlier versions and of agents without any."""
+    rewarded_share: float
+    """Of the last recorded update; NaN without a replay memory."""
     landed: float
     """NaN also in environments other than the lander."""
     env_steps: int
@@ -125,8 +130,7 @@ class StudyResults:
             cell: its name.
             metric: one of `METRICS`.
         """
-        found = next(each for each in self.study.cells() if each.name == cell)
-        return self.values(found.labels, metric)
+        return self.named_until(cell, metric, self.seeds)
 
     def named_until(self, cell: str, metric: str, seeds: int) -> FloatArray:
         """Like `named`, of the first planned seeds alone.
@@ -136,10 +140,13 @@ class StudyResults:
             metric: one of `METRICS`.
             seeds: number of planned seeds, of which some may not have finished.
         """
-        found = next(each for each in self.study.cells() if each.name == cell)
         end = self.study.first_seed + seeds
-        known = [run for run in self.of(found.labels) if run.seed < end]
-        return np.array([getattr(run, metric) for run in known], float)
+        known = [
+            getattr(run, metric)
+            for run in self.runs
+            if run.seed < end and BETWEEN_LABELS.join(run.labels) == cell
+        ]
+        return np.array(known, float)
 
     def of(self, labels: tuple[str, ...]) -> list[RunResult]:
         """The finished runs of a cell."""
@@ -243,6 +250,8 @@ def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
         hover_peak_share=_peak(timed_out),
         worst_return=min(e.episode_return for e in chosen.episodes) if chosen else math.nan,
         share_solved=math.nan if share_solved is None else share_solved,
+        overestimation=value_error.read_overestimation(path),
+        rewarded_share=_rewarded_share(folder),
         landed=chosen.summary.outcomes.get("landed", 0.0) if chosen and lands else math.nan,
         env_steps=int(until),
         seconds=seconds[-1] if facts.solved_seconds is None else facts.solved_seconds,
@@ -270,6 +279,14 @@ def _test_of(folder: RunFolder) -> tuple[Evaluation | None, Evaluation | None]:
     chosen = read_evaluations(folder.evaluation)[0]
     last = folder.path / LAST
     return chosen, read_evaluations(last)[0] if last.is_file() else chosen
+
+
+def _rewarded_share(folder: RunFolder) -> float:
+    """Of the replay memory at the last recorded update; NaN without one."""
+    if not folder.updates.is_file():  # training ended before the first one
+        return math.nan
+    updates = records.decode_jsonl(folder.updates, dict[str, float])
+    return updates[-1].get("rewarded_share", math.nan) if updates else math.nan
 
 
 def _peak(timed_out: Sequence[bool]) -> float:

@@ -13,6 +13,7 @@ from touchdown.config.config import Config
 from touchdown.core import records
 from touchdown.core.errors import UserError, one_line
 from touchdown.core.names import hint
+from touchdown.stats import spending
 from touchdown.studies.claim_tests import KINDS, Test
 from touchdown.studies.claims import Claim
 from touchdown.studies.metrics import DEFAULT_METRIC
@@ -51,6 +52,7 @@ class _StudyFile(Struct, frozen=True, forbid_unknown_fields=True):
     looks: Annotated[list[int], Meta(title="a list of numbers of seeds")] = msgspec.field(
         default_factory=list[int]
     )
+    spending: Annotated[str, Meta(title="the name of a shape")] = spending.OBRIEN_FLEMING
     first_seed: int = 0
     metric: Annotated[str, Meta(title="a metric's name")] = DEFAULT_METRIC
     config: Annotated[dict[str, Any], Meta(title="a table [config]")] = msgspec.field(
@@ -89,6 +91,7 @@ def from_toml(path: Path) -> Study:
             base_level=file.base_level,
             seeds=file.seeds,
             looks=tuple(file.looks),
+            spending=file.spending,
             first_seed=file.first_seed,
             metric=file.metric,
             changes=file.config,
@@ -113,6 +116,7 @@ def to_toml(study: Study) -> str:
             "base_level": study.base_level,
             "seeds": study.seeds,
             "looks": list(study.looks),
+            "spending": study.spending,
             "first_seed": study.first_seed,
             "metric": study.metric,
             "config": study.changes,

@@ -24,6 +24,7 @@ from touchdown.policies.named import NamedPolicy
 from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.run import Run
+from touchdown.studies import value_error
 from touchdown.studies.job import JobProgress
 from touchdown.studies.tuners import Tuning, tune
 from touchdown.training import checkpoint, finish
@@ -86,6 +87,7 @@ class TrainJob:
             trainer.run()
             last = NamedPolicy(f"{folder.name}, last", trainer.last_policy, self.config.env_id)
             _test(run, last, should_stop)
+            value_error.record(run, trainer.last_policy, should_stop)
         config = self.config
         finish.save_curve(run, f"{config.preset}, seed {config.seed}, on {config.env_id}")
 

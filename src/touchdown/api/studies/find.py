@@ -8,11 +8,12 @@ from pathlib import Path
 from touchdown.config.checks import is_plain_name
 from touchdown.core.errors import UserError
 from touchdown.core.names import hint
-from touchdown.studies import paper, plan, runner, study_file
+from touchdown.studies import looks, paper, plan, runner, study_file
 from touchdown.studies import store as stores
 from touchdown.studies.claims import CLAIMS
 from touchdown.studies.job import Job
-from touchdown.studies.paper import SCALES, Scale
+from touchdown.studies.paper import LOOKS, SCALES, Scale
+from touchdown.studies.paper import looks as paper_looks
 from touchdown.studies.paper.readings import reading_studies
 from touchdown.studies.plan import Study
 from touchdown.studies.store import DEFAULT_RESULTS, Store
@@ -47,8 +48,40 @@ class StudySelection:
 
     @property
     def in_looks(self) -> bool:
-        """Whether it is a study with looks, which say how many seeds it needs."""
-        return self.seeds is None and len(self.studies) == 1 and bool(self.studies[0][0].looks)
+        """Whether it has looks, which say how many seeds it needs."""
+        return self.seeds is None and self.has_looks
+
+    @property
+    def has_looks(self) -> bool:
+        """Whether its claims are decided in looks."""
+        if self.is_paper:
+            return self.name != READINGS and bool(LOOKS[self.scale])
+        return any(study.looks for study, _ in self.studies)
+
+    def groups_until_decided(self, store: Store) -> list[tuple[str, Sequence[Job]]]:
+        """Like `groups`, the jobs that open claims need now, done or not; for one with looks.
+
+        Args:
+            store: store of its results.
+
+        Raises:
+            UserError: a finished run's files are broken.
+        """
+        if not self.is_paper:
+            ((study, _),) = self.studies
+            return [(study.name, looks.next_jobs(study, store))]
+        found: dict[str, Sequence[Job]] = {"baselines": self.baselines} if self.baselines else {}
+        so_far = paper_looks.read_paper(self.scale, store)
+        # first the tunings, which are short
+        for name, topic in sorted(paper.topics(self.scale).items(), key=lambda of: of[0] != "pid"):
+            if self.name in (PAPER, name):
+                found[name if topic.study is None else topic.study.name] = so_far.next_jobs(topic)
+        return list(found.items())
+
+    def jobs_until_decided(self, store: Store) -> list[Job]:
+        """All jobs of `groups_until_decided`, without duplicates."""
+        every = [job for _, jobs in self.groups_until_decided(store) for job in jobs]
+        return list({job.digest: job for job in every}.values())
 
     @property
     def groups(self) -> list[tuple[str, Sequence[Job]]]:
@@ -68,7 +101,13 @@ class StudySelection:
     @property
     def train_jobs(self) -> list[TrainJob]:
         """All training runs, without duplicates."""
-        return runner.jobs_of(self.studies)
+        if self.name != READINGS:
+            return runner.jobs_of(self.studies)
+        # one experiment in all readings, then the next, so that a stopped study has some whole
+        by_study: dict[str, list[tuple[Study, int]]] = {}
+        for study, seeds in self.studies:
+            by_study.setdefault(study.name.partition(".")[0], []).append((study, seeds))
+        return [job for studies in by_study.values() for job in runner.jobs_of(studies)]
 
     @property
     def jobs(self) -> list[Job]:
@@ -99,9 +138,10 @@ class StudySelection:
     def job_names(self) -> Mapping[str, str]:
         """A name for each job by its digest: its first study, its level and its seed."""
         found: dict[str, str] = {job.digest: f"baseline {job.name}" for job in self.baselines}
-        found |= {
-            job.digest: f"pid {job.tuning.tuner}, seed {job.tuning.seed}" for job in self.pid_jobs
-        }
+        tunings = self.pid_jobs
+        if tunings and self.in_looks:
+            tunings = paper.pid_jobs(self.scale, LOOKS[self.scale][-1])
+        found |= {job.digest: f"pid {job.tuning.tuner}, seed {job.tuning.seed}" for job in tunings}
         for study, seeds in self.studies:
             for run in study.runs(max((seeds, *study.looks))):
                 name = f"{study.name} {run.cell.name}, seed {run.seed}"

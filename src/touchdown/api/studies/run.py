@@ -7,11 +7,11 @@ from pathlib import Path
 from rich.console import Console
 
 from touchdown.api import views
-from touchdown.api.studies.find import AnyStudy, StudySelection, find_study
+from touchdown.api.studies.find import READINGS, AnyStudy, StudySelection, find_study
 from touchdown.core import installation, plugins
 from touchdown.core.errors import Interrupted, UserError
 from touchdown.core.progress import Counter, console_for, stop_on_signals
-from touchdown.studies import looks, runner
+from touchdown.studies import runner
 from touchdown.studies import store as stores
 from touchdown.studies.estimate import Estimate, estimate
 from touchdown.studies.executors import Executor, LocalExecutor
@@ -19,6 +19,7 @@ from touchdown.studies.job import Job
 from touchdown.studies.plan import Study
 from touchdown.studies.runner import State
 from touchdown.studies.store import DEFAULT_RESULTS, StartedStudy, Store
+from touchdown.studies.work import PidJob, TrainJob
 
 
 def run_study(
@@ -61,7 +62,8 @@ def run_study(
         Interrupted: Ctrl-C, SIGTERM or SIGHUP; unfinished runs were saved.
     """
     selection = find_study(study, scale=scale, seeds=seeds)
-    planned = _planned_looks(selection) if until_decided else None
+    if until_decided:
+        _check_looks(selection)
     _check_code(study, selection, trust=trust)
     shown = console_for(progress, console)
     store = stores.open_store(Path(results_dir), make=True)
@@ -69,16 +71,15 @@ def run_study(
         selection = _note_started(selection, store)
         runs = executor or LocalExecutor()
         try:
-            if planned is None:
+            if not until_decided:
                 return _run_jobs(selection, selection.jobs, store, runs, shown)
             failed: dict[str, str] = {}  # which would fail again
-            jobs = looks.next_jobs(planned, store)
+            jobs = selection.jobs_until_decided(store)
             while True:
                 state = _run_jobs(selection, jobs, store, runs, shown)
                 failed |= state.failed
-                jobs = [
-                    each for each in looks.next_jobs(planned, store) if each.digest not in failed
-                ]
+                needed = selection.jobs_until_decided(store)
+                jobs = [each for each in needed if each.digest not in failed]
                 if not store.missing(jobs):  # no claim that is open can get more seeds
                     return replace(state, failed=failed)
         except Interrupted:
@@ -86,21 +87,19 @@ def run_study(
             raise Interrupted(f"stopped and saved; resume with: {command}") from None
 
 
-def _planned_looks(selection: StudySelection) -> Study:
-    """The study with looks.
+def _check_looks(selection: StudySelection) -> None:
+    """Check that a study can run until its claims are decided.
 
     Raises:
-        UserError: it has none, or the number of seeds was given, too.
+        UserError: it has no looks, or the number of seeds was given, too.
     """
-    studies = [study for study, _ in selection.studies]
-    if len(studies) != 1 or not studies[0].looks:
-        where = "those of a study file can be planned" if selection.is_paper else "plan them"
-        raise UserError(
-            f"study {selection.name!r}: has no looks; {where}, such as looks = [10, 20, 40]"
-        )
+    if not selection.has_looks:
+        advice = "plan them, such as looks = [10, 20, 40]"
+        if selection.is_paper:
+            advice = "choose --scale full" if selection.name != READINGS else "leave it out"
+        raise UserError(f"study {selection.name!r}: has no looks for --until-decided; {advice}")
     if selection.seeds is not None:
         raise UserError(f"seeds = {selection.seeds}: must be left out; the looks say how many")
-    return studies[0]
 
 
 def _run_jobs(
@@ -176,16 +175,22 @@ def estimate_study(
         UserError: there is no such study, or its file is broken.
     """
     selection = find_study(study, scale=scale, seeds=seeds)
-    planned = _planned_looks(selection) if until_decided else None
+    if until_decided:
+        _check_looks(selection)
     _check_code(study, selection, trust=trust)
     count = LocalExecutor(workers).workers
     path = Path(results_dir)
     store = stores.open_store(path) if path.exists() else Store(path)
     shown = console_for(progress, console)
     with Counter(shown, "measuring the speed of runs", 1.0) as counter:
+        runs, tunings = selection.train_jobs, selection.pid_jobs
+        if until_decided:
+            needed = selection.jobs_until_decided(store)
+            runs = [job for job in needed if isinstance(job, TrainJob)]
+            tunings = [job for job in needed if isinstance(job, PidJob)]
         return estimate(
-            selection.train_jobs if planned is None else looks.next_jobs(planned, store),
-            selection.pid_jobs,
+            runs,
+            tunings,
             store,
             count,
             lambda done: counter.describe("measuring", done),

@@ -13,7 +13,6 @@ from touchdown.api.studies.find import (
     find_started,
 )
 from touchdown.core.errors import UserError
-from touchdown.studies import looks
 from touchdown.studies import store as stores
 from touchdown.studies.store import DEFAULT_RESULTS, Store
 
@@ -83,8 +82,7 @@ def _progress_of(
     names = selection.job_names()
     groups = selection.groups
     if selection.in_looks:
-        ((study, _),) = selection.studies
-        groups = [(study.name, looks.next_jobs(study, store))]
+        groups = selection.groups_until_decided(store)
     for label, jobs in groups:
         missing = {job.digest for job in store.without_results(jobs)}
         started = {digest for digest in missing if (store.runs / digest).is_dir()}

@@ -1,6 +1,16 @@
 """The paper's studies and claims, at two scales and in several readings."""
 
 from touchdown.studies.paper.experiments import Topic, baseline_jobs, pid_jobs, studies, topics
-from touchdown.studies.paper.levels import BEST, SCALES, Scale
+from touchdown.studies.paper.levels import BEST, LOOKS, SCALES, Scale
 
-__all__ = ["BEST", "SCALES", "Scale", "Topic", "baseline_jobs", "pid_jobs", "studies", "topics"]
+__all__ = [
+    "BEST",
+    "LOOKS",
+    "SCALES",
+    "Scale",
+    "Topic",
+    "baseline_jobs",
+    "pid_jobs",
+    "studies",
+    "topics",
+]

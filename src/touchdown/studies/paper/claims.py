@@ -28,6 +28,8 @@ MARGIN = 20.0
 FAILED = 100.0
 """A run with a lower return has failed: the paper tells of plain DQN that it stays below."""
 _MARGIN_OF_HOVERING = 0.05
+_STILL_HOVERS = 0.2  # of 100 training episodes in a row
+_SATURATED = 0.5  # of the replay memory
 _MARGIN_OF_TIME = 10_000.0  # environment steps, of 240,000
 _MARGIN_OF_DISTANCE = 0.25  # metres
 _ALWAYS = 0.95  # of the test episodes
@@ -52,6 +54,12 @@ def ladder_claims() -> tuple[Claim, ...]:
             "With a target network the return is about 170.",
             Near("target-dqn", 170, MARGIN),
             section="6",
+        ),
+        Claim(
+            "A target network lowers overestimation.",
+            Greater("dqn", "target-dqn", margin=MARGIN),
+            "overestimation",
+            "6",
         ),
         Claim(
             "Preferential memory raises it further.",
@@ -86,6 +94,12 @@ def hover_claims() -> tuple[Claim, ...]:
             Beyond("dqn", 0.5, "above"),
             "hover_peak_share",
             "5",
+        ),
+        Claim(
+            "With a target network, too, many episodes run all 1000 steps: at some time, a fifth.",
+            Beyond("target-dqn", _STILL_HOVERS, "above"),
+            "hover_peak_share",
+            "6",
         ),
         Claim(
             "The best agent hovers for a smaller share of its steps than plain DQN.",
@@ -153,6 +167,31 @@ def resaves_claims(scale: Scale) -> tuple[Claim, ...]:
             _raises(some[-1], "0"),
             "last_return",
             "8.3",
+        ),
+        *(
+            Claim(
+                f"Late in training, the memory is full of rewarded transitions {words}: at least "
+                "half of it.",
+                Beyond(name, _SATURATED, "above"),
+                "rewarded_share",
+                "8.3",
+            )
+            for name, words in ((every[-1], "with many re-saves"), ("0", "without re-saves, too"))
+        ),
+    )
+
+
+def combination_claims(labels: Sequence[str]) -> tuple[Claim, ...]:
+    """The best agent as a combination of the best values (section 9).
+
+    Args:
+        labels: its label, and those of the agents that differ from it in one setting.
+    """
+    return (
+        Claim(
+            "The best agent combines the best values: no other value of one setting does better.",
+            Best((BEST,), tuple(labels), margin=MARGIN),
+            section="9",
         ),
     )
 

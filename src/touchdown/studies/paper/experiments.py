@@ -10,8 +10,10 @@ from touchdown.studies.paper.levels import (
     BEST,
     DEPTHS,
     EPSILON_DECAYS,
+    FIRST_SEED,
     GAMMAS,
     LADDER_SEEDS,
+    LOOKS,
     MAP,
     NODES,
     PID_TRIALS,
@@ -19,6 +21,7 @@ from touchdown.studies.paper.levels import (
     RUNGS,
     SEEDS,
     SHARED,
+    SPENDING,
     TARGET_PERIODS,
     Scale,
     shape_of,
@@ -59,6 +62,38 @@ def _topics(scale: Scale) -> tuple[Topic, ...]:
         "What each part brings",
         (Factor("variant", tuple(Level(label, changes) for label, changes in RUNGS)),),
     )
+    size, depth = _size(scale), _depth(scale)
+    period = _one_field(
+        "target-period",
+        scale,
+        "Target period",
+        "target period, env steps",
+        "learning.target_period",
+        TARGET_PERIODS[scale],
+        800,
+    )
+    resaves = _one_field(
+        "resaves",
+        scale,
+        "Preferential memory",
+        "re-saves τ",
+        "replay.resaves",
+        RESAVES[scale],
+        10,
+    )
+    discount = _one_field(
+        "discount", scale, "Discount", "discount γ", "learning.gamma", GAMMAS[scale], 0.99
+    )
+    decay = _one_field(
+        "epsilon-decay",
+        scale,
+        "Decay of ε",
+        "decay of ε an episode",
+        "exploration.epsilon_decay",
+        EPSILON_DECAYS[scale],
+        0.975,
+    )
+    combination = _combination(scale, (size, depth, period, resaves, discount, decay))
     found = [
         Topic(
             ladder.name,
@@ -78,75 +113,44 @@ def _topics(scale: Scale) -> tuple[Topic, ...]:
             claims.hover_claims(),
             "hover_share",
         ),
+        _topic(size, "8.1", "Do more nodes in a layer help?", claims.size_claims(scale)),
         _topic(
-            _size(scale),
-            "8.1",
-            "Do more nodes in a layer help?",
-            claims.size_claims(scale),
-        ),
-        _topic(
-            _depth(scale),
+            depth,
             "8.1",
             "Does depth help, with 100 nodes in all and with 100 in each layer?",
             claims.depth_claims(),
         ),
         _topic(
-            _one_field(
-                "target-period",
-                scale,
-                "Target period",
-                "target period, env steps",
-                "learning.target_period",
-                TARGET_PERIODS[scale],
-                800,
-            ),
+            period,
             "8.2",
             "Is there a best period between copies to the target network, near 800 env steps?",
             claims.target_period_claims(scale),
         ),
         _topic(
-            _one_field(
-                "resaves",
-                scale,
-                "Preferential memory",
-                "re-saves τ",
-                "replay.resaves",
-                RESAVES[scale],
-                10,
-            ),
+            resaves,
             "8.3",
             "Do re-saves speed up early learning, and does the difference disappear later?",
             claims.resaves_claims(scale),
         ),
         _topic(
-            _one_field(
-                "discount",
-                scale,
-                "Discount",
-                "discount γ",
-                "learning.gamma",
-                GAMMAS[scale],
-                0.99,
-            ),
+            discount,
             "8.4",
             "Is there a sweet spot for the discount?",
             claims.discount_claims(),
         ),
         _topic(
-            _one_field(
-                "epsilon-decay",
-                scale,
-                "Decay of ε",
-                "decay of ε an episode",
-                "exploration.epsilon_decay",
-                EPSILON_DECAYS[scale],
-                0.975,
-            ),
+            decay,
             "8.4",
             "Is there a sweet spot for how fast exploration ends?",
             claims.epsilon_decay_claims(),
         ),
         _topic(_map(scale), "8.4", "Do the two sweet spots depend on each other?", ()),
+        _topic(
+            combination,
+            "9",
+            "Does any other value of one setting do better than the paper's best agent?",
+            claims.combination_claims(combination.labels(0)),
+        ),
         Topic(
             "alike",
             "Flights like the PID's",
@@ -179,7 +183,7 @@ def pid_jobs(scale: Scale, seeds: int | None = None) -> list[PidJob]:
     count = LADDER_SEEDS[scale] if seeds is None else seeds
     return [
         PidJob(Tuning(tuner=tuner, seed=seed, trials=PID_TRIALS[scale]))
-        for seed in range(count)
+        for seed in range(FIRST_SEED[scale], FIRST_SEED[scale] + count)
         for tuner in TUNERS
     ]
 
@@ -207,6 +211,9 @@ def _study(
         base=BEST,
         changes=SHARED[scale],
         base_level=base_level,
+        first_seed=FIRST_SEED[scale],
+        looks=LOOKS[scale],
+        spending=SPENDING,
         title=title,
     )
 
@@ -282,6 +289,23 @@ def _layered(
         ),
     )
     return _study(name, scale, title, (factor,), base)
+
+
+def _combination(scale: Scale, others: Sequence[Study]) -> Study:
+    """The best agent, and each one that differs from it in one setting.
+
+    Args:
+        scale: scale of the runs.
+        others: the studies of one setting each; their runs are shared.
+    """
+    levels: dict[str, Level] = {}
+    for study in others:
+        for cell, level in zip(study.cells(), study.factors[0].levels, strict=True):
+            is_best = cell.name == study.base_level
+            label = BEST if is_best else f"{study.title.lower()} {level.label}"
+            levels.setdefault(cell.config.digest, Level(label, level.changes))
+    best_first = sorted(levels.values(), key=lambda level: level.label != BEST)
+    return _study("combination", scale, "Other values", (Factor("agent", tuple(best_first)),), BEST)
 
 
 def _map(scale: Scale) -> Study:

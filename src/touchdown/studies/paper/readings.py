@@ -83,7 +83,7 @@ class Reading:
         """A study in this reading; the shipped reading is the study itself, by another name."""
         changes = self._changes(with_rewards=study.name in ABOUT_REWARDS)
         merged = _merged(study.changes, changes)
-        return replace(study, name=self.name_of(study.name), changes=merged)
+        return replace(study, name=self.name_of(study.name), changes=merged, looks=())
 
     def name_of(self, study: str) -> str:
         """The name of a study in this reading."""
@@ -127,11 +127,12 @@ def readings() -> list[Reading]:
 
 def reading_topics(scale: Scale) -> list[Topic]:
     """The paper's topics that other readings concern: those with claims about training runs."""
-    # flights are compared with the PID's in the shipped reading alone, for want of other records
+    # flights are compared with the PID's in the shipped reading alone, for want of other records;
+    # the combination of section 9 needs many levels that no other claim needs
     return [
         topic
         for topic in topics(scale).values()
-        if topic.study is not None and topic.claims and topic.name != "alike"
+        if topic.study is not None and topic.claims and topic.name not in ("alike", "combination")
     ]
 
 
