@@ -45,6 +45,11 @@ class Closed(msgspec.Struct, forbid_unknown_fields=True):
         ("9", Annotated[int, Meta(le=8, description="8 at most")], "x = '9': must be a whole"),
         (3, Annotated[str, Meta(title="a preset's name")], "x = 3: must be a preset's name"),
         ([], Annotated[list[int], Meta(min_length=1)], "x = []: must be 1 or more values"),
+        (
+            "xyz",
+            Annotated[str, Meta(pattern="^a", description="a word with a")],
+            "x = 'xyz': must be a word with a",
+        ),
         ("no", Literal["yes", "maybe"], "x = 'no': must be one of yes, maybe"),
         (1, Literal["yes", "maybe"], "x = 1: must be one of yes, maybe"),
         (True, Literal[0, 1], "x = True: must be one of 0, 1"),

@@ -19,7 +19,15 @@ from touchdown.cli.play import Play
 from touchdown.cli.policies import Evaluate, Export, Fly
 from touchdown.cli.presets import Presets
 from touchdown.cli.runs import Compare, Runs, Show
-from touchdown.cli.study import StudyCheck, StudyList, StudyReport, StudyRun, StudyStatus
+from touchdown.cli.study import (
+    StudyCheck,
+    StudyExport,
+    StudyImport,
+    StudyList,
+    StudyReport,
+    StudyRun,
+    StudyStatus,
+)
 from touchdown.cli.train import Train
 from touchdown.cli.tune import TuneAgent, TunePid
 from touchdown.cli.values import registry
@@ -57,6 +65,8 @@ COMMANDS: Mapping[str, type[Any]] = {
     "study status": StudyStatus,
     "study report": StudyReport,
     "study list": StudyList,
+    "study export": StudyExport,
+    "study import": StudyImport,
     "study check": StudyCheck,
     "compare": Compare,
     "watch": Watch,

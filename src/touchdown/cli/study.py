@@ -1,4 +1,4 @@
-"""The verbs `study run`, `study status`, `study report`, `study list` and `study check`."""
+"""The verbs `study run`, `status`, `report`, `list`, `export`, `import` and `check`."""
 
 import time
 from dataclasses import dataclass
@@ -191,6 +191,46 @@ class StudyList:
             print_json([each.to_dict() for each in found])
         else:
             console.print(tables.topics_table(found))
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyExport:
+    """Write the results of a study's runs to one file, with which another machine goes on."""
+
+    name: Positional[StudyName]
+    out: Annotated[Path, arg(metavar="FILE.jsonl", help="The file.")]
+    scale: LastScale = None
+    force: Force = False
+    results_dir: ResultsDir = DEFAULT_RESULTS
+
+    def run(self, console: "Console") -> None:
+        """Call `api.studies.export_results`."""
+        from touchdown.api import studies  # noqa: PLC0415 - heavy libraries load when used
+
+        count = studies.export_results(
+            self.name,
+            self.out,
+            scale=self.scale,
+            force=self.force,
+            results_dir=self.results_dir,
+        )
+        console.print(f"results of {count} runs:", markup=False)
+        print_indented(console, [self.out])
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyImport:
+    """Add results from `study export`, so that a study goes on with the other runs."""
+
+    file: Annotated[Positional[Path], arg(metavar="FILE.jsonl", help="A file from `study export`.")]
+    results_dir: ResultsDir = DEFAULT_RESULTS
+
+    def run(self, console: "Console") -> None:
+        """Call `api.studies.import_results`."""
+        from touchdown.api import studies  # noqa: PLC0415 - heavy libraries load when used
+
+        found = studies.import_results(self.file, results_dir=self.results_dir)
+        print_line(console, f"{found.added} runs added, {found.known} were there already")
 
 
 @dataclass(frozen=True, kw_only=True)

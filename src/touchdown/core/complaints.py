@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import re
 import types
 import typing
 from collections.abc import Iterable, Iterator, Sequence
@@ -46,7 +47,9 @@ def complaint(value: object, kind: Any, name: str = "") -> str | None:
         return _refusal(value, name, _wanted(kind))
     if origin is Annotated:
         of, meta = typing.get_args(kind)
-        return complaint(value, of, name) or _beyond(value, meta, name)
+        return (
+            complaint(value, of, name) or _unlike(value, meta, name) or _beyond(value, meta, name)
+        )
     if kind is float and not _is_finite(cast(float, value)):
         return _refusal(value, name, "a finite number")
     if _is_record(kind):
@@ -110,6 +113,13 @@ def _beyond(value: object, meta: msgspec.Meta, name: str) -> str | None:
     if above is not None:
         return _refusal(value, name, f"above {above}")
     return _refusal(value, name, f"at least {low}" if low else f"{low} or more")
+
+
+def _unlike(value: object, meta: msgspec.Meta, name: str) -> str | None:
+    """The error in a text that is not of the right form."""
+    if meta.pattern is None or re.search(meta.pattern, cast(str, value)):
+        return None
+    return _refusal(value, name, meta.description or f"text like {meta.pattern}")
 
 
 def _is_finite(value: float) -> bool:

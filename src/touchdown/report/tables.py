@@ -146,7 +146,7 @@ def run_table(results: StudyResults, beside: Path | None) -> Table:
     rows: list[tuple[TableCell, ...]] = []
     for run in results.runs:
         name: TableCell = run.name
-        if beside is not None:
+        if beside is not None and (run.path / CURVE).is_file():  # not of an imported run
             name = Link.to_file(name, Path(os.path.relpath(run.path / CURVE, beside)))
         rows.append(
             (

@@ -1,5 +1,6 @@
 """The results of a study's runs, read from their folders, never from a live agent."""
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,13 +18,15 @@ from touchdown.evaluation.evaluation import Evaluation, read_evaluations
 from touchdown.lander import rules
 from touchdown.policies import weights as policy_weights
 from touchdown.runs.folder import RunFolder
+from touchdown.runs.provenance import Provenance
 from touchdown.runs.rows import EpisodeRow, ValidationRow
 from touchdown.runs.run import Run
 from touchdown.stats import curves
 from touchdown.stats.summary import Summary
-from touchdown.studies import value_error
+from touchdown.studies import run_lines, value_error
 from touchdown.studies.metrics import METRICS
-from touchdown.studies.plan import BETWEEN_LABELS, Study
+from touchdown.studies.plan import BETWEEN_LABELS, PlannedRun, Study
+from touchdown.studies.run_lines import RunLine
 from touchdown.studies.store import Store
 from touchdown.studies.tuners import Tuned
 from touchdown.studies.work import LAST, PidJob
@@ -96,6 +99,10 @@ class RunResult:
     def folder(self) -> RunFolder:
         """Its files."""
         return RunFolder(self.path)
+
+
+_NUMBERS = tuple(each.name for each in dataclasses.fields(RunResult) if each.type is float)
+_TIMES = ("env_steps_to_solved", "seconds_to_solved")  # ∞ if they are unknown
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,6 +194,7 @@ def read_study(study: Study, seeds: int, store: Store) -> StudyResults:
         UserError: a finished run's files are broken.
     """
     failures = store.failed()
+    imported = store.imported
     runs: list[RunResult] = []
     failed: dict[str, str] = {}
     missing = 0
@@ -194,6 +202,8 @@ def read_study(study: Study, seeds: int, store: Store) -> StudyResults:
         path = store.runs / planned.digest
         if Run(RunFolder(path)).status == "finished":
             runs.append(read_run(path, planned.cell.labels, planned.seed))
+        elif planned.digest in imported:
+            runs.append(_of_line(imported[planned.digest], path, planned))
         elif planned.digest in failures:
             failed[planned.digest] = failures[planned.digest]
         else:
@@ -279,6 +289,61 @@ def _test_of(folder: RunFolder) -> tuple[Evaluation | None, Evaluation | None]:
     chosen = read_evaluations(folder.evaluation)[0]
     last = folder.path / LAST
     return chosen, read_evaluations(last)[0] if last.is_file() else chosen
+
+
+def line_of(run: RunResult, study: Study) -> RunLine:
+    """A run's results as a line for another machine.
+
+    Args:
+        run: a run with a folder, which has its provenance.
+        study: its study.
+
+    Raises:
+        UserError: its provenance is broken.
+    """
+    made = records.decode_json(run.folder.provenance, Provenance)
+    return RunLine(
+        run=run.name,
+        study=study.name,
+        level=BETWEEN_LABELS.join(run.labels),
+        seed=run.seed,
+        git_commit=made.git_commit,
+        cpu=made.cpu,
+        simd=made.simd,
+        numbers=run_lines.as_numbers({name: getattr(run, name) for name in _NUMBERS}),
+        env_steps=run.env_steps,
+        test=run.test,
+        validations=run.validations,
+        hovering=run.hovering,
+    )
+
+
+def check_line(line: RunLine) -> None:
+    """Check that a line has all numbers of a run.
+
+    Raises:
+        UserError: it lacks one.
+    """
+    missing = next((name for name in _NUMBERS if name not in line.numbers), None)
+    if missing is not None:
+        raise UserError(f"run {line.run}: numbers: {missing!r} is missing")
+
+
+def _of_line(line: RunLine, path: Path, planned: PlannedRun) -> RunResult:
+    """The results in a line; `path` is the folder that the run would have."""
+    check_line(line)
+    unknown = {name: math.inf if name in _TIMES else math.nan for name in _NUMBERS}
+    known = {name: number for name in _NUMBERS if (number := line.numbers[name]) is not None}
+    return RunResult(
+        path=path,
+        labels=planned.cell.labels,
+        seed=planned.seed,
+        env_steps=line.env_steps,
+        test=line.test,
+        validations=line.validations,
+        hovering=line.hovering,
+        **(unknown | known),
+    )
 
 
 def _rewarded_share(folder: RunFolder) -> float:

@@ -1,7 +1,7 @@
 """The results folder, shared by all studies: a run that two of them contain is run once."""
 
 import fcntl
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,9 +11,10 @@ from msgspec import Meta, Struct
 
 from touchdown.core import files, reading, records, temporaries
 from touchdown.core.errors import UserError, one_line
-from touchdown.studies import study_file
+from touchdown.studies import run_lines, study_file
 from touchdown.studies.job import Job
 from touchdown.studies.plan import FIRST_TUNING_SEED, Study
+from touchdown.studies.run_lines import RunLine
 
 SomeJob = TypeVar("SomeJob", bound=Job)
 
@@ -36,7 +37,7 @@ class _Failure(Struct, frozen=True):
 
 @dataclass(frozen=True, slots=True)
 class Store:
-    """A results folder: `studies.json`, `runs/<digest>/`, `logs/`, `reports/`."""
+    """A results folder: `studies.json`, `runs/<digest>/`, `imported.jsonl`, `logs/`, `reports/`."""
 
     path: Path
 
@@ -50,15 +51,31 @@ class Store:
         """Reasons of failed jobs, one file each."""
         return self.path / "failed"
 
+    @property
+    def imported_file(self) -> Path:
+        """The results of runs that were made elsewhere."""
+        return self.path / "imported.jsonl"
+
+    @property
+    def imported(self) -> Mapping[str, RunLine]:
+        """What `imported_file` has, by digest.
+
+        Raises:
+            UserError: it is damaged.
+        """
+        return run_lines.read(self.imported_file)
+
     def missing(self, jobs: Sequence[SomeJob]) -> list[SomeJob]:
         """The jobs that are not done, in order, without duplicates."""
-        each_once = {job.digest: job for job in jobs}
-        return [job for job in each_once.values() if not job.is_done(self.runs)]
+        return [job for job in self._not_imported(jobs) if not job.is_done(self.runs)]
 
     def without_results(self, jobs: Sequence[SomeJob]) -> list[SomeJob]:
         """The jobs without results, in order, without duplicates."""
-        each_once = {job.digest: job for job in jobs}
-        return [job for job in each_once.values() if not job.has_results(self.runs)]
+        return [job for job in self._not_imported(jobs) if not job.has_results(self.runs)]
+
+    def _not_imported(self, jobs: Sequence[SomeJob]) -> list[SomeJob]:
+        imported = self.imported
+        return list({job.digest: job for job in jobs if job.digest not in imported}.values())
 
     def unrecorded(self, jobs: Sequence[SomeJob]) -> list[SomeJob]:
         """The jobs that have results, but lack some recorded flights."""

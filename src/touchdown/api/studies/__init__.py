@@ -7,9 +7,11 @@ from touchdown.api.studies.find import StudySelection, find_study
 from touchdown.api.studies.listing import TopicListing, list_studies
 from touchdown.api.studies.report import study_report
 from touchdown.api.studies.run import estimate_study, executor_of, run_study
+from touchdown.api.studies.sharing import Imported, export_results, import_results
 from touchdown.api.studies.status import StudyProgress, study_status
 
 __all__ = [
+    "Imported",
     "StudyProgress",
     "StudySelection",
     "TopicListing",
@@ -18,7 +20,9 @@ __all__ = [
     "compare",
     "estimate_study",
     "executor_of",
+    "export_results",
     "find_study",
+    "import_results",
     "list_studies",
     "run_study",
     "study_report",

@@ -1,0 +1,87 @@
+"""Results of runs as lines of a file, with which a study goes on where its runs are not.
+
+A line has the numbers that claims, tables and figures need; not the flights.
+"""
+
+import math
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Annotated, Literal
+
+from msgspec import Meta, Struct
+
+from touchdown.core import files, limits, reading, records
+from touchdown.core.errors import UserError
+from touchdown.core.records import Count
+from touchdown.stats.summary import Summary
+
+FORMAT_VERSION = 1
+
+Digest = Annotated[str, Meta(pattern="^[0-9a-f]{12}$", description="12 hex digits")]
+Curve = tuple[tuple[float, ...], tuple[float, ...]]
+
+
+class _Header(Struct, frozen=True):
+    """The first line."""
+
+    format_version: Literal[1] = FORMAT_VERSION
+
+
+class RunLine(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Any other line: the results of one run."""
+
+    run: Digest
+    """The digest of its settings."""
+    study: str
+    """A study that contains it, for readers of the file."""
+    level: str
+    seed: Count
+    git_commit: str | None
+    cpu: str
+    simd: str | None
+    numbers: dict[str, float | None]
+    """By the name of a field of `RunResult`; None if it is not finite."""
+    env_steps: Count
+    test: Summary | None
+    validations: Curve
+    hovering: Curve
+
+
+def write(path: Path, lines: Iterable[RunLine]) -> None:
+    """Write a file of lines, completely or not at all.
+
+    Raises:
+        UserError: it cannot be written.
+    """
+    with files.refusing(str(path)):
+        text = b"".join(files.to_json_line(line) for line in (_Header(), *lines))
+        files.write_atomic(path, text)
+
+
+def read(path: Path) -> Mapping[str, RunLine]:
+    """The lines of a file by the digest of their run; empty if there is no such file.
+
+    Raises:
+        UserError: it is something else, of another version, or damaged.
+    """
+    try:
+        stat = path.stat()
+    except OSError:
+        return {}
+    return _read(path, stat.st_mtime_ns, stat.st_size)
+
+
+@lru_cache(maxsize=4)  # a study asks for each of its runs
+def _read(path: Path, _changed: int, _size: int) -> Mapping[str, RunLine]:
+    data = reading.read_bytes(path, limits.RECORD_BYTES)
+    first, _, rest = data.partition(b"\n")
+    records.decode(first, _Header, f"{path}: line 1")
+    if rest and not rest.endswith(b"\n"):
+        raise UserError(f"{path}: truncated: its last line has no end")
+    return {line.run: line for line in records.decode_lines(rest, RunLine, path, 2)}
+
+
+def as_numbers(values: Mapping[str, float]) -> dict[str, float | None]:
+    """Numbers as JSON can say them."""
+    return {name: value if math.isfinite(value) else None for name, value in values.items()}
