@@ -64,3 +64,27 @@ def test_another_environment_than_the_lander_is_shown_whole_without_a_threshold(
     assert ax.get_ylim()[1] > 500
     lander = rungs.draw_rungs(Figure().subplots(), {"mine": [high]})
     assert lander.get_ylim() == rungs.LANDER_RETURNS
+
+
+def test_the_share_that_has_reached_something_is_one_minus_kaplan_and_meiers_estimate():
+    times = np.array([30.0, 10.0, np.inf, 20.0])
+    ax = rungs.draw_reached(Figure().subplots(), {"dqn": times}, 100, "seeds at 200")
+    (line,) = ax.get_lines()
+    at, shares = line.get_data()
+    estimate = 1.0  # the slow twin: a product over the times, of those still at risk
+    for place, (time, share) in enumerate(zip(at[1:4], shares[1:4], strict=True)):
+        at_risk = 4 - place
+        estimate *= (at_risk - 1) / at_risk
+        assert (time, share) == (10.0 * (place + 1), 1 - estimate)
+    assert (at[-1], shares[-1]) == (100, 0.75)
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["dqn: 3 of 4"]
+
+
+def test_each_level_has_a_panel_beside_the_base():
+    figure = Figure()
+    curves = {name: [LOW, HIGH] for name in ("0", "5", "10", "20")}
+    rungs.draw_panels(figure, curves, "10")
+    shown = [ax for ax in figure.axes if ax.axison]
+    assert [ax.get_title("left") for ax in shown] == ["0", "5", "10 (base)", "20"]
+    counted = [len(ax.get_lines()) for ax in shown]
+    assert counted == [3, 3, 2, 3]  # the level, the base, and the return that counts as solved

@@ -7,25 +7,26 @@ from touchdown.figures import studies as figures
 from touchdown.figures.studies import Point, Row
 
 LOW, HIGH = np.array([10.0, 12.0, 14.0]), np.array([200.0, 210.0, 220.0])
+TEN = np.arange(10.0, 110.0, 10.0)
+"""Of ten seeds, the second and the ninth are the ends of the median's interval."""
 
 
 def new_axes():
     return Figure().subplots()
 
 
-def test_levels_on_an_axis_have_their_seeds_their_mean_and_its_interval():
-    lines = {"one layer": [Point(10, LOW), Point(20, HIGH)]}
+def test_levels_on_an_axis_have_their_seeds_their_median_and_its_interval():
+    lines = {"one layer": [Point(10, LOW), Point(20, TEN)]}
     ax = figures.draw_over_axis(new_axes(), lines, "nodes", 20)
     seeds = [tuple(point) for dots in ax.collections for point in dots.get_offsets()]
-    assert {(10, 10), (10, 14), (20, 220)} <= set(seeds)
+    assert {(10, 10), (10, 14), (20, 100)} <= set(seeds)
     (container,) = ax.containers
     line, _, (bars,) = container
-    assert_allclose(line.get_ydata(), [12, 210])
+    assert_allclose(line.get_ydata(), [12, 55])
     first, second = bars.get_segments()
-    # Student's t of three seeds: 4.303 standard errors
-    assert_allclose(first[:, 1], 12 + 4.3027 * 2 / 3**0.5 * np.array([-1, 1]), rtol=1e-4)
-    assert_allclose(second[:, 1], 210 + 4.3027 * 10 / 3**0.5 * np.array([-1, 1]), rtol=1e-4)
-    # the seeds stand beside their mean, not under it
+    assert_allclose(first[:, 1], [12, 12])  # three seeds have no interval
+    assert_allclose(second[:, 1], [20, 90])
+    # the seeds stand beside their median, not under it
     aside = ax.collections[0].get_offset_transform().transform((10, 12))
     assert aside[0] > ax.transData.transform((10, 12))[0]
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["one layer"]
@@ -34,7 +35,13 @@ def test_levels_on_an_axis_have_their_seeds_their_mean_and_its_interval():
 
 @pytest.mark.parametrize(
     ("positions", "scale"),
-    [((1, 2, 3), "linear"), ((1, 100, 10_000), "symlog"), ((0.9, 0.99, 0.999), "function")],
+    [
+        ((1, 2, 3), "linear"),
+        ((1, 100, 10_000), "symlog"),
+        ((1e-4, 3e-4, 9e-4), "symlog"),
+        ((32, 64, 128), "symlog"),
+        ((0.9, 0.99, 0.999), "function"),
+    ],
 )
 def test_positions_far_apart_or_crowding_towards_one_are_spread(positions, scale):
     lines = {"": [Point(position, LOW) for position in positions]}
@@ -65,18 +72,18 @@ def test_a_list_of_levels_reads_from_the_top_and_names_the_lines_to_compare_with
     assert len(colours) == 3
 
 
-def test_a_map_shows_the_mean_and_seeds_of_each_cell_and_leaves_out_missing_cells():
-    cells = {(0, 0): LOW, (1, 0): HIGH, (1, 1): np.array([150.0])}
+def test_a_map_shows_the_median_and_seeds_of_each_cell_and_leaves_out_missing_cells():
+    cells = {(0, 0): TEN, (1, 0): HIGH, (1, 1): np.array([150.0])}
     axes = ("decay", ["0.9", "0.99"]), ("γ", ["0.95", "0.99"])
     ax = figures.draw_map(new_axes(), *axes, cells)
     texts = {text.get_text(): text.get_position() for text in ax.texts}
     assert texts == {
-        "12\n7 to 17\nn = 3": (0, 0),
-        "210\n185 to 235\nn = 3": (0, 1),
-        "150\n150 to 150\nn = 1": (1, 1),
+        "55\n20 to 90\nn = 10": (0, 0),
+        "210\nn = 3": (0, 1),
+        "150\nn = 1": (1, 1),
     }
     few = figures.draw_map(new_axes(), *axes, {(0, 0): np.array([0.25, 0.25])}, shares=True)
-    assert [text.get_text() for text in few.texts] == ["25%\n25% to 25%\nn = 2"]
+    assert [text.get_text() for text in few.texts] == ["25%\nn = 2"]
 
 
 def test_numbers_have_a_margin_and_outliers_do_not_squeeze_the_rest():
@@ -87,18 +94,28 @@ def test_numbers_have_a_margin_and_outliers_do_not_squeeze_the_rest():
     assert ax.get_ylabel() == "return"
 
 
-def test_without_limits_every_seed_is_shown_and_only_wide_intervals_are_cut():
-    # 0.5 ± 12.7 standard errors of 0.5: the interval is from -5.85 to 6.85, the seeds from 0 to 1
+def test_seeds_beyond_the_limits_are_counted_at_the_ends():
+    groups = [np.array([-4_000.0, -500.0, 100.0]), np.array([200.0, 900.0]), np.array([0.0])]
+    for along in ("x", "y"):
+        ax = figures.finish(new_axes(), "return", groups, along, shown=figures.LANDER_RETURNS)
+        figures.mark_beyond(ax, (1, 2, 3), groups, along)
+        low, high = ax.get_xlim() if along == "x" else ax.get_ylim()
+        ends = {(1.0, low), (2.0, high)}
+        at = {tuple(float(each[0]) for each in line.get_data()) for line in ax.get_lines()}
+        assert {(y, x) if along == "x" else (x, y) for x, y in at} == ends
+        assert [text.get_text() for text in ax.texts] == ["2 to -4000", "900"]
+
+
+def test_without_limits_every_seed_is_shown():
     ax = figures.finish(new_axes(), "return", [np.array([0.0, 1.0]), np.array([0.5])], "y")
-    assert_allclose(ax.get_ylim(), (-1.15, 2.15))
+    assert_allclose(ax.get_ylim(), (-0.05, 1.05))
     far = figures.finish(new_axes(), "return", [np.array([-1_000.0, -990.0])], "y")
     assert far.get_ylim()[0] < -1_000 < -990 < far.get_ylim()[1] < -900
 
 
-def test_an_axis_covers_the_intervals_and_the_other_numbers():
+def test_an_axis_covers_the_seeds_and_the_other_numbers():
     ax = figures.finish(new_axes(), "return", [LOW, HIGH], "x", others=[-180.0])
-    # 210 ± 4.303 standard errors of 10 / √3
-    assert ax.get_xlim()[1] > 234.8
+    assert ax.get_xlim()[1] > 220
     assert ax.get_xlim()[0] < -180
 
 

@@ -66,7 +66,7 @@ def table_of(page, first_column):
             cells = [re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", line) for line in lines]
             found.append([dict(zip(names, map(unescape, each), strict=True)) for each in cells])
     first, second = found
-    assert list(first[0])[1:4] == ["n", "against base", "p"]
+    assert list(first[0])[1:4] == ["n", "median [95%]", "against base"]
     return [one | other for one, other in zip(first, second, strict=True)]
 
 
@@ -84,6 +84,7 @@ def test_levels_have_the_pages_numbers(page):
         assert cells["n"] == row["n"] == "10"
         assert cells["IQM [95%]"] == shown(row, "iqm")
         assert cells["mean [95%]"] == shown(row, "mean")
+        assert cells["median [95%]"] == shown(row, "median")
         band = f"{float(row['band_low']):.0f} to {float(row['band_high']):.0f}"
         assert cells["band of seeds"] == band
         assert cells["final weights"] == f"{float(row['last_weights']):.0f}"

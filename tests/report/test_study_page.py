@@ -31,7 +31,8 @@ def test_levels_that_are_too_many_for_one_picture_are_each_drawn_beside_their_ba
     study = Study(name="many", factors=(Factor("preset", levels_of("preset", PRESETS)),), seeds=2)
     page = page_of(study, tmp_path)
     drawn = {path.stem for path in page.parent.glob("figures/*.png")}
-    assert drawn == {"many", *(f"many-over-training-{preset}" for preset in PRESETS)}
+    over = {f"many-over-training-{preset}" for preset in PRESETS}
+    assert drawn == {"many", "many-reached", *over}
     legends = [
         re.findall(r"[a-z-]+, 2 seeds", path.with_suffix(".svg").read_text())
         for path in sorted(page.parent.glob("figures/many-over-training-*.png"))
@@ -86,6 +87,7 @@ def test_a_study_of_an_environment_with_small_returns_shows_their_decimals(tmp_p
     assert {path.stem for path in page.parent.glob("figures/*.png")} == {
         "lake",
         "lake-over-training",
+        "lake-reached",
     }
 
 

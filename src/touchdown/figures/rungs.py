@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter, PercentFormatter
 
 from touchdown.core.types import FloatArray
@@ -17,6 +18,7 @@ Curve = tuple[Sequence[float], Sequence[float]]
 _COLOURS = (style.MUTED, style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, style.RED)
 MAX_CURVES = len(_COLOURS)
 """Largest number of variants that are distinguishable in one picture."""
+PANELS_IN_A_ROW = 3
 _POINTS = 200
 LANDER_RETURNS = (-400.0, 300.0)
 """Validation returns of the lander that a picture shows."""
@@ -94,14 +96,92 @@ def draw_shares(ax: Axes, curves: Mapping[str, Sequence[Curve]], what: str) -> A
     return _over_env_steps(ax)
 
 
+def draw_numbers(ax: Axes, curves: Mapping[str, Sequence[Curve]], what: str) -> Axes:
+    """Numbers of each variant's training episodes over environment steps, with their interval.
+
+    Args:
+        ax: the axes to draw on.
+        curves: environment steps and numbers, by variant name.
+        what: label of the axis.
+    """
+    _draw_curves(ax, curves)
+    ax.set_ylabel(what)
+    return _over_env_steps(ax)
+
+
+def draw_panels(
+    figure: Figure,
+    curves: Mapping[str, Sequence[Curve]],
+    base: str,
+    solved: float | None = SOLVED_RETURN,
+    shown: tuple[float, float] | None = LANDER_RETURNS,
+) -> None:
+    """Validation return over environment steps: a panel for each level, with the base in grey.
+
+    Args:
+        figure: an empty figure.
+        curves: curves by the level's name.
+        base: name of the level that each is compared with.
+        solved: return that counts as solved; None draws no line for it.
+        shown: lowest and highest return shown; None shows all.
+    """
+    rows = -(-len(curves) // PANELS_IN_A_ROW)
+    panels = figure.subplots(rows, PANELS_IN_A_ROW, sharex=True, sharey=True, squeeze=False).flat
+    for ax, (name, runs) in zip(panels, curves.items(), strict=False):
+        if base in curves and name != base:
+            _draw_curve(ax, curves[base], style.MUTED, "", 0.12)
+        _draw_curve(ax, runs, style.ORANGE if name == base else style.BLUE, "", 0.2)
+        if solved is not None:
+            ax.axhline(solved, color=style.MUTED, linewidth=1, linestyle=(0, (4, 3)), zorder=1)
+        if shown is not None:
+            ax.set_ylim(*shown)
+        ax.set_title(f"{name}{' (base)' * (name == base)}", fontsize=9, loc="left")
+        ax.xaxis.set_major_formatter(EngFormatter(sep=""))
+        ax.set_xlim(left=0)
+        style.tidy(ax)
+    for ax in panels:  # the rest of the last row
+        ax.set_axis_off()
+    figure.supxlabel("env steps", fontsize=9, color=style.MUTED)
+    figure.supylabel("validation return (greedy)", fontsize=9, color=style.MUTED)
+
+
+def draw_reached(ax: Axes, times: Mapping[str, FloatArray], end: float, what: str) -> Axes:
+    """The share of each level's seeds that have reached something, over environment steps.
+
+    It is 1 minus the estimate of Kaplan & Meier (1958), for seeds that are censored at the end of
+    training alone.
+
+    Args:
+        ax: the axes to draw on.
+        times: environment steps until a seed reached it, ∞ if it never did, by the level's name.
+        end: environment steps of training.
+        what: what they reach.
+    """
+    colours = _COLOURS if len(times) <= MAX_CURVES else style.graded(len(times))
+    for (name, of), colour in zip(times.items(), colours, strict=False):
+        known = np.sort(of[np.isfinite(of)])
+        at = np.concatenate(([0.0], known, [end]))
+        shares = np.concatenate((np.arange(len(known) + 1), [len(known)])) / len(of)
+        label = f"{name}: {len(known)} of {len(of)}"
+        ax.step(at, shares, where="post", color=colour, linewidth=1.8, label=label)
+    ax.set_ylim(0, 1.02)
+    ax.yaxis.set_major_formatter(PercentFormatter(1.0))
+    ax.set_ylabel(what)
+    return _over_env_steps(ax)
+
+
 def _draw_curves(ax: Axes, curves: Mapping[str, Sequence[Curve]]) -> None:
     # the more bands overlap, the fainter each must be
     alpha = min(0.15, 0.36 / len(curves))
     for (name, runs), colour in zip(curves.items(), _COLOURS, strict=False):
-        at, iqm, low, high = iqm_and_band(runs)
-        ax.fill_between(at, low, high, color=colour, alpha=alpha, linewidth=0)
         seeds = "1 seed" if len(runs) == 1 else f"{len(runs)} seeds"
-        ax.plot(at, iqm, color=colour, linewidth=1.8, label=f"{name}, {seeds}")
+        _draw_curve(ax, runs, colour, f"{name}, {seeds}", alpha)
+
+
+def _draw_curve(ax: Axes, runs: Sequence[Curve], colour: str, label: str, alpha: float) -> None:
+    at, iqm, low, high = iqm_and_band(runs)
+    ax.fill_between(at, low, high, color=colour, alpha=alpha, linewidth=0)
+    ax.plot(at, iqm, color=colour, linewidth=1.8, label=label or None)
 
 
 def _over_env_steps(ax: Axes) -> Axes:

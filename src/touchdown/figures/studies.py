@@ -1,4 +1,4 @@
-"""A study's results: the seeds of each level, and the interval of their mean."""
+"""A study's results: the seeds of each level, and the interval of their median."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -9,19 +9,21 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator, PercentFormatter
 from matplotlib.transforms import Transform, offset_copy
+from numpy.typing import ArrayLike
 
 from touchdown.core.types import FloatArray
 from touchdown.figures import style
-from touchdown.stats.seeds import mean_interval
+from touchdown.stats.location import median_interval
 from touchdown.stats.summary import Interval
 
 COLOURS = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, style.RED)
 _SEED: dict[str, Any] = {"s": 14, "alpha": 0.45, "linewidths": 0, "zorder": 2}
+_FACTORS = 4.0  # the same, for positions that are more even on a logarithmic axis
 _WIDE = 30.0  # ratio of the largest to the smallest position from which an axis is logarithmic
 LANDER_RETURNS = (-300.0, 320.0)
 """What a figure of the lander's returns shows: wider intervals, and seeds that diverged, would
 squeeze the rest."""
-_BESIDE = 4.0  # typographic points between a mean and its seeds
+_BESIDE = 4.0  # typographic points between a median and its seeds
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +48,7 @@ class Row:
 def draw_over_axis(
     ax: Axes, lines: Mapping[str, Sequence[Point]], axis: str, base: float | None = None
 ) -> Axes:
-    """Each line's means with their 95% intervals, and the individual seeds.
+    """Each line's medians with their 95% intervals, and the individual seeds.
 
     Args:
         ax: the axes to draw on.
@@ -62,7 +64,7 @@ def draw_over_axis(
     for i, ((name, points), colour) in enumerate(zip(lines.items(), COLOURS, strict=False)):
         aside = _BESIDE * 1.5 * (i - (len(lines) - 1) / 2)
         at = [point.position for point in points]
-        found = [mean_interval(point.values) for point in points]
+        found = [_median(point.values) for point in points]
         for point in points:
             ax.scatter(
                 [point.position] * len(point.values),
@@ -102,12 +104,12 @@ def _errors(
     name: str,
     transform: Transform,
 ) -> None:
-    means = np.array([each.value for each in found])
-    low = means - [each.low for each in found]
-    high = np.array([each.high for each in found]) - means
+    medians = np.array([each.value for each in found])
+    low = medians - [each.low for each in found]
+    high = np.array([each.high for each in found]) - medians
     ax.errorbar(
         at,
-        means,
+        medians,
         yerr=np.maximum(0, np.array([low, high])),
         color=colour,
         linewidth=1.6,
@@ -128,7 +130,7 @@ def draw_rows(
     *,
     shares: bool = False,
 ) -> Axes:
-    """A list of levels from the top: the seeds, and their mean with its 95% interval.
+    """A list of levels from the top: the seeds, and their median with its 95% interval.
 
     Args:
         ax: the axes to draw on.
@@ -145,12 +147,12 @@ def draw_rows(
             transform=_moved(ax, down=2 * _BESIDE),
             **_SEED,
         )
-        mean = mean_interval(row.values)
-        ax.plot([mean.low, mean.high], [place, place], color=colour, linewidth=2.4, zorder=3)
-        ax.plot([mean.value], [place], color=colour, marker="o", markersize=7, zorder=4)
+        median = _median(row.values)
+        ax.plot([median.low, median.high], [place, place], color=colour, linewidth=2.4, zorder=3)
+        ax.plot([median.value], [place], color=colour, marker="o", markersize=7, zorder=4)
         ax.annotate(
-            _label(mean.value, shares=shares),
-            (mean.value, place),
+            _label(median.value, shares=shares),
+            (median.value, place),
             xytext=(0, 7),
             textcoords="offset points",
             ha="center",
@@ -177,10 +179,18 @@ def draw_rows(
     return ax
 
 
-def _label(mean: float, *, shares: bool) -> str:
+def _label(value: float, *, shares: bool) -> str:
     if shares:
-        return f"{mean:z.0%}"  # z: no -0
-    return f"{mean:z.0f}" if abs(mean) >= 10 else f"{mean:z.2g}"
+        return f"{value:z.0%}"  # z: no -0
+    return f"{value:z.0f}" if abs(value) >= 10 else f"{value:z.2g}"
+
+
+def _median(values: FloatArray) -> Interval:
+    """The median with its 95% interval; too few seeds have none, and just the median is drawn."""
+    found = median_interval(values)
+    if math.isinf(found.low) or math.isinf(found.high):
+        return Interval(found.value, found.value, found.value)
+    return found
 
 
 def draw_map(
@@ -191,7 +201,7 @@ def draw_map(
     *,
     shares: bool = False,
 ) -> Axes:
-    """A map of two factors: the mean of each cell as a colour, and in text with its 95% interval.
+    """A map of two factors: the median of each cell as a colour, and in text with its 95% interval.
 
     Args:
         ax: the axes to draw on.
@@ -200,19 +210,20 @@ def draw_map(
         cells: [n], one number per seed, by the indices (up, across); at least one cell.
         shares: whether the numbers are shares, from 0 to 1.
     """
-    found = {place: mean_interval(values) for place, values in cells.items()}
-    means = np.full((len(up[1]), len(across[1])), np.nan)
-    for place, mean in found.items():
-        means[place] = mean.value
-    low, high = float(np.nanmin(means)), float(np.nanmax(means))
-    ax.imshow(means, cmap="viridis", vmin=low, vmax=high, aspect="auto", origin="lower")
-    for (y, x), mean in found.items():
-        bright = (mean.value - low) > 0.6 * (high - low)
+    found = {place: _median(values) for place, values in cells.items()}
+    medians = np.full((len(up[1]), len(across[1])), np.nan)
+    for place, median in found.items():
+        medians[place] = median.value
+    low, high = float(np.nanmin(medians)), float(np.nanmax(medians))
+    ax.imshow(medians, cmap="viridis", vmin=low, vmax=high, aspect="auto", origin="lower")
+    for (y, x), median in found.items():
+        bright = (median.value - low) > 0.6 * (high - low)
         value, start, end = (
-            _label(each, shares=shares) for each in (mean.value, mean.low, mean.high)
+            _label(each, shares=shares) for each in (median.value, median.low, median.high)
         )
+        interval = [f"{start} to {end}"] if median.low < median.high else []
         ax.annotate(
-            f"{value}\n{start} to {end}\nn = {len(cells[y, x])}",
+            "\n".join((value, *interval, f"n = {len(cells[y, x])}")),
             (float(x), float(y)),
             ha="center",
             va="center",
@@ -240,8 +251,6 @@ def finish(
 ) -> Axes:
     """Label the axis of the numbers, and fit its limits to the seeds and their intervals.
 
-    The interval of a few differing seeds can be far wider than the data, so it is cut off.
-
     Args:
         ax: the axes to finish.
         what: label of the axis.
@@ -249,36 +258,88 @@ def finish(
         along: the axis of the numbers.
         others: other numbers that must be visible, such as a baseline's.
         shares: whether the numbers are shares, from 0 to 1, rather than return points.
-        shown: limits of the axis; numbers beyond them are cut off. None shows all seeds, with at
+        shown: limits of the axis, for `mark_beyond`. None shows all seeds, with at
             most the width of their range on each side.
     """
     axis = ax.xaxis if along == "x" else ax.yaxis
     limit = ax.set_xlim if along == "x" else ax.set_ylim
     axis.set_label_text(what)
-    means = [mean_interval(group) for group in groups]
-    first = min(*(float(group.min()) for group in groups), *others, math.inf)
-    last = max(*(float(group.max()) for group in groups), *others, -math.inf)
-    least = min(first, *(mean.low for mean in means))
-    most = max(last, *(mean.high for mean in means))
+    least = min(*(float(group.min()) for group in groups), *others, math.inf)
+    most = max(*(float(group.max()) for group in groups), *others, -math.inf)
     if shares:
         axis.set_major_formatter(PercentFormatter(1.0, decimals=0))
         limit(-0.02, min(1.05, 1.1 * max(0.1, most)))
         return ax
-    lowest, highest = shown or (2 * first - last, 2 * last - first)
-    least, most = max(lowest, least), min(highest, most)
+    if shown is not None:
+        least, most = max(shown[0], least), min(shown[1], most)
     room = max(0.05 * (most - least), 0.02 * abs(most), 1e-3)
     limit(least - room, most + room)
     return ax
 
 
+def mark_beyond(
+    ax: Axes, at: Sequence[float], groups: Sequence[FloatArray], along: Literal["x", "y"]
+) -> None:
+    """Count the seeds beyond the limits of the axis, at its ends.
+
+    Args:
+        ax: finished axes.
+        at: the place of each level on the other axis.
+        groups: the numbers of each level, one per seed.
+        along: the axis of the numbers.
+    """
+    low, high = ax.get_xlim() if along == "x" else ax.get_ylim()
+    beyond: dict[tuple[float, float], list[float]] = {}
+    for place, group in zip(at, groups, strict=True):
+        for value in group.tolist():
+            if not low <= value <= high:
+                beyond.setdefault((place, low if value < low else high), []).append(value)
+    for (place, end), values in beyond.items():
+        is_low = end == low
+        marker = {("x", True): "<", ("x", False): ">", ("y", True): "v", ("y", False): "^"}
+        x, y = (end, place) if along == "x" else (place, end)
+        below = _moved(ax, down=2 * _BESIDE) if along == "x" else ax.transData
+        ax.plot(
+            [x],
+            [y],
+            marker=marker[along, is_low],
+            color=style.RED,
+            markersize=5,
+            clip_on=False,
+            zorder=5,
+            transform=below,
+        )
+        furthest = min(values) if is_low else max(values)
+        text = f"{len(values)} to {furthest:.0f}" if len(values) > 1 else f"{furthest:.0f}"
+        inwards = 6 if is_low else -6
+        ax.annotate(
+            text,
+            (x, y),
+            xytext=(inwards, -2 * _BESIDE) if along == "x" else (0, inwards),
+            textcoords="offset points",
+            ha=("left" if is_low else "right") if along == "x" else "center",
+            va="center" if along == "x" else "bottom" if is_low else "top",
+            fontsize=7,
+            color=style.RED,
+        )
+
+
 def _scale_of(positions: Sequence[float]) -> tuple[str, dict[str, float]]:
-    """Logarithmic if positions are far apart, by distance from 1 for γ and the decay of ε."""
+    """Logarithmic if positions are far apart or grow by factors; γ by its distance from 1."""
     greatest, least = positions[-1], min((p for p in positions if p > 0), default=1.0)
     if least > 0.5 and greatest < 1:
         return "function", {"functions": (_from_one, _to_one)}  # pyright: ignore[reportReturnType]
-    if greatest / least >= _WIDE:
+    steps = [p for p in positions if p >= least]
+    by_factors = greatest / least >= _FACTORS and _unevenness(np.log(steps)) < _unevenness(steps)
+    if by_factors or greatest / least >= _WIDE:
         return "symlog", {"linthresh": least}
     return "linear", {}
+
+
+def _unevenness(positions: ArrayLike) -> float:
+    """Spread of the distances between neighbours, in units of their mean; ∞ with fewer than two."""
+    gaps = np.diff(np.asarray(positions, float))
+    return float(np.std(gaps) / np.mean(gaps)) if len(gaps) > 1 else math.inf
 
 
 def _from_one(x: FloatArray) -> FloatArray:

@@ -36,6 +36,18 @@ def new_figure(width: float, height: float) -> Figure:
     return Figure(figsize=(width, height), dpi=_DPI, layout="constrained", facecolor="white")
 
 
+def graded(count: int) -> list[str]:
+    """Colours of ordered levels, from dark to bright.
+
+    Args:
+        count: number of levels.
+    """
+    from matplotlib import colormaps  # noqa: PLC0415 - only some figures need it
+    from matplotlib.colors import to_hex  # noqa: PLC0415
+
+    return [to_hex(colormaps["viridis"](0.92 * i / max(1, count - 1))) for i in range(count)]
+
+
 def tidy(ax: Axes) -> Axes:
     """Remove decoration that carries no numbers, and put a light grid behind the data."""
     for side in ("top", "right"):

@@ -58,7 +58,7 @@ def alike_section(
                 stem.with_suffix(".png"),
                 "Distances of the agent's flights to the PID's, to other seeds' and to random ones",
                 "Mean distance to flights from the same starts; each dot is a training seed of the "
-                "best agent; mean with its 95% interval.",
+                "best agent; median with its 95% interval.",
             ),
         ),
         films=(),

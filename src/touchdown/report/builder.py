@@ -7,7 +7,7 @@ from pathlib import Path
 from touchdown.envs import flight as flights
 from touchdown.render import film as films
 from touchdown.report import pictures, tables
-from touchdown.report.page import Film, Section
+from touchdown.report.page import Film, Picture, Section
 from touchdown.runs.folder import RunFolder
 from touchdown.studies.claims import Decision
 from touchdown.studies.metrics import METRICS, is_share
@@ -47,6 +47,9 @@ class Builder:
         metric: str,
         decisions: Sequence[Decision],
         lines: Mapping[str, float],
+        *,
+        training: str = "",
+        with_curves: bool = True,
     ) -> Section:
         """A section on training runs: figures, claims, levels, runs, and a flight of the best run.
 
@@ -58,14 +61,17 @@ class Builder:
             metric: metric that is shown and compared.
             decisions: decisions on claims.
             lines: numbers to compare with, by name.
+            training: what to show of the training episodes, `training_returns` or
+                `training_steps`; "" for nothing.
+            with_curves: whether to show the levels over training.
         """
         stem = self.figures / name
         shown = [pictures.save_picture(title, results, metric, lines, stem)]
-        by_words = all(level.position is None for level in results.study.factors[0].levels)
-        if by_words and len(results.study.factors) == 1:
-            of = "hovering" if is_share(metric) else "validations"
-            over = self.figures / f"{name}-over-training"
-            shown += pictures.save_all_curves(title, results, of, over)
+        if with_curves and len(results.study.factors) == 1:
+            shown += self._over_training(name, title, results, metric)
+        if training:
+            own = self.figures / f"{name}-{training.replace('_', '-')}"
+            shown.append(pictures.save_training(title, results, training, own))
         self._on_step(name)
         shot = self._film_of_best(results, name, metric)
         self._on_step(name)
@@ -83,6 +89,21 @@ class Builder:
             films=shot,
             tables=shown_tables,
         )
+
+    def _over_training(
+        self, name: str, title: str, results: StudyResults, metric: str
+    ) -> list[Picture]:
+        """Pictures of the levels of one factor over training."""
+        over = self.figures / f"{name}-over-training"
+        by_words = all(level.position is None for level in results.study.factors[0].levels)
+        if is_share(metric):
+            shares = "hovering"
+            return pictures.save_all_curves(title, results, shares, over) if by_words else []
+        if by_words:
+            shown = pictures.save_all_curves(title, results, "validations", over)
+        else:
+            shown = [pictures.save_panels(title, results, over)]
+        return shown + pictures.save_reached(title, results, self.figures / f"{name}-reached")
 
     def _film_of_best(self, results: StudyResults, name: str, metric: str) -> tuple[Film, ...]:
         """The median flight of the run with the highest value of the section's metric."""

@@ -61,6 +61,7 @@ def _level_row(level: LevelSummary) -> dict[str, Any]:
         "level": level.cell.name,
         "is_base": level.is_base,
         "n": level.seeds.n,
+        **_interval("median", level.median),
         **_interval("iqm", level.seeds.iqm),
         **_interval("mean", level.seeds.mean),
         "band_low": low,

@@ -29,6 +29,8 @@ _LEADS = {
     "no claim.",
 }
 """The first sentences of the page, by whether its scale has looks."""
+_TRAINING = {"ladder": "training_returns", "hover": "training_steps"}
+"""What the paper draws of training, by topic."""
 
 
 def write_paper_report(
@@ -123,7 +125,15 @@ def _section_of(
         return decisions, section
     lines = _baseline_returns(store) if topic.with_baselines else {}
     section = builder.section(
-        topic.name, title, topic.question, results, topic.metric, decisions, lines
+        topic.name,
+        title,
+        topic.question,
+        results,
+        topic.metric,
+        decisions,
+        lines,
+        training=_TRAINING.get(topic.name, ""),
+        with_curves=topic.name != "combination",  # its levels have theirs in other sections
     )
     return decisions, section
 

@@ -18,6 +18,11 @@ from touchdown.studies.metrics import METRICS, is_share
 from touchdown.studies.plan import Cell, Level
 from touchdown.studies.results import StudyResults
 
+_TRAINING = {
+    "training_returns": "mean return of training episodes",
+    "training_steps": "mean steps of training episodes",
+}
+
 
 def save_picture(
     title: str, results: StudyResults, metric: str, lines: Mapping[str, float], stem: Path
@@ -44,9 +49,11 @@ def save_picture(
             study.factors[0].name,
             _position_of(study.factors[0].levels, study.base_cell().labels[0]),
         )
-        groups = [point.values for points in series.values() for point in points]
+        points = [point for of_line in series.values() for point in of_line]
+        groups = [point.values for point in points]
         shown = _lander_or_all(results, figures.LANDER_RETURNS)
         figures.finish(ax, METRICS[metric], groups, "y", shares=shares, shown=shown)
+        figures.mark_beyond(ax, [point.position for point in points], groups, "y")
         _save(figure, stem)
     else:
         found = [
@@ -62,7 +69,7 @@ def save_picture(
         stem.with_suffix(".svg"),
         stem.with_suffix(".png"),
         f"{title}: {METRICS[metric]} of each level",
-        f"{METRICS[metric].capitalize()}; mean with its 95% interval over n = {count} training "
+        f"{METRICS[metric].capitalize()}; median with its 95% interval over n = {count} training "
         "seeds; each dot is a seed.",
     )
 
@@ -86,7 +93,7 @@ def save_rows(
         lines: numbers to compare with, by name.
         shares: whether they are shares, from 0 to 1.
         from_zero: whether their axis begins at 0.
-        shown: limits of the axis; numbers beyond them are cut off. None shows all seeds.
+        shown: limits of the axis; seeds beyond them are counted at its ends. None shows all.
     """
     figure = style.new_figure(7.2, 0.9 + 0.5 * len(rows))
     known = [row for row in rows if len(row.values)]
@@ -94,6 +101,7 @@ def save_rows(
     others = tuple((lines or {}).values())
     groups = [row.values for row in known]
     figures.finish(ax, what, groups, "x", others=others, shares=shares, shown=shown)
+    figures.mark_beyond(ax, range(len(known)), groups, "x")
     if from_zero:
         ax.set_xlim(left=0)
     _save(figure, stem)
@@ -127,6 +135,96 @@ def save_all_curves(title: str, results: StudyResults, of: str, stem: Path) -> l
     return found
 
 
+def save_panels(title: str, results: StudyResults, stem: Path) -> Picture:
+    """Draw the validations of each level of one factor over training, beside the base's.
+
+    Args:
+        title: title of the picture.
+        results: results of a study.
+        stem: path without its suffix.
+    """
+    cells = [cell for cell in results.study.cells() if results.of(cell.labels)]
+    by_level = {cell.name: [run.validations for run in results.of(cell.labels)] for cell in cells}
+    rows = -(-len(cells) // rungs.PANELS_IN_A_ROW)
+    figure = style.new_figure(7.2, 0.8 + 1.7 * rows)
+    rungs.draw_panels(
+        figure,
+        by_level,
+        results.study.base_cell().name,
+        _threshold_of(cells),
+        _lander_or_all(results, rungs.LANDER_RETURNS),
+    )
+    _save(figure, stem)
+    return Picture(
+        stem.with_suffix(".svg"),
+        stem.with_suffix(".png"),
+        f"{title}: validation return over training, a panel per level",
+        f"Validation return during training by {results.study.factors[0].name}, with the base in "
+        f"grey; {rungs.caption(by_level)}.",
+    )
+
+
+def save_reached(title: str, results: StudyResults, stem: Path) -> list[Picture]:
+    """Draw how many seeds of each level have reached the environment's threshold, over training.
+
+    Args:
+        title: title of the picture.
+        results: results of a study.
+        stem: path without its suffix.
+
+    Returns:
+        The picture; none if the levels have no threshold in common.
+    """
+    cells = [cell for cell in results.study.cells() if results.of(cell.labels)]
+    threshold = _threshold_of(cells)
+    if threshold is None:
+        return []
+    times = {cell.name: results.values(cell.labels, "env_steps_to_solved") for cell in cells}
+    end = max(run.env_steps for run in results.runs)
+    figure = style.new_figure(7.2, 3.8)
+    rungs.draw_reached(figure.subplots(), times, end, f"seeds that have reached {threshold:g}")
+    _save(figure, stem)
+    return [
+        Picture(
+            stem.with_suffix(".svg"),
+            stem.with_suffix(".png"),
+            f"{title}: share of seeds that have reached {threshold:g} over training",
+            f"Share of training seeds of which a validation has reached {threshold:g} (Kaplan & "
+            "Meier's estimate), by level; the legend counts the seeds that did by the end.",
+        )
+    ]
+
+
+def save_training(title: str, results: StudyResults, of: str, stem: Path) -> Picture:
+    """Draw a number of the training episodes of each level over training.
+
+    Args:
+        title: title of the picture.
+        results: results of a study with at most `rungs.MAX_CURVES` levels.
+        of: `training_returns` or `training_steps`.
+        stem: path without its suffix.
+    """
+    what = _TRAINING[of]
+    cells = [cell for cell in results.study.cells() if results.of(cell.labels)]
+    by_level = {cell.name: [getattr(run, of) for run in results.of(cell.labels)] for cell in cells}
+    figure = style.new_figure(7.2, 3.8)
+    rungs.draw_numbers(figure.subplots(), by_level, what)
+    _save(figure, stem)
+    return Picture(
+        stem.with_suffix(".svg"),
+        stem.with_suffix(".png"),
+        f"{title}: {what}, one line per level",
+        f"{what[0].upper()}{what[1:]}, as in the paper's figures: {', '.join(by_level)}; "
+        f"{rungs.caption(by_level)}.",
+    )
+
+
+def _threshold_of(cells: Sequence[Cell]) -> float | None:
+    """The threshold that all cells have in common."""
+    thresholds = {threshold_of(cell.config.env_id) for cell in cells}
+    return thresholds.pop() if len(thresholds) == 1 else None
+
+
 def _base_of(cell: Cell, cells: Sequence[Cell], base: Cell) -> Cell:
     below = BUILDS_ON.get(cell.name)
     return next((other for other in cells if other.name == below), base)
@@ -142,11 +240,10 @@ def _save_curves(
         rungs.draw_shares(ax, by_level, "episodes of 1000 steps in training")
         caption = "Share of training episodes that ran all 1000 steps"
     else:
-        thresholds = {threshold_of(cell.config.env_id) for cell in cells}
         rungs.draw_rungs(
             ax,
             by_level,
-            thresholds.pop() if len(thresholds) == 1 else None,
+            _threshold_of(cells),
             _lander_or_all(results, rungs.LANDER_RETURNS),
         )
         caption = "Validation return during training"

@@ -63,7 +63,7 @@ def pid_section(
                 stem.with_suffix(".png"),
                 "Test return of the gains of each tuner",
                 "Mean test return of the gains found, over tuning seeds, each with different "
-                "training starts; mean with its 95% interval.",
+                "training starts; median with its 95% interval.",
             ),
         ),
         films=builder.film(

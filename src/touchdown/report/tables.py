@@ -63,11 +63,12 @@ def level_tables(results: StudyResults, metric: str) -> tuple[Table, ...]:
     compared = Table(
         f"{METRICS[metric].capitalize()}, by level; against the base: typical "
         "difference [95%], p by Holm's correction, probability that a seed has more.",
-        ("level", "n", "against base", "p", "P(more)", "mean [95%]", "IQM [95%]"),
+        ("level", "n", "median [95%]", "against base", "p", "P(more)", "mean [95%]", "IQM [95%]"),
         tuple(
             (
                 name,
                 str(level.seeds.n),
+                interval_text(level.median, text_of),
                 *_against_base(level, text_of),
                 interval_text(level.seeds.mean, text_of),
                 interval_text(level.seeds.iqm, text_of),

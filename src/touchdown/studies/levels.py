@@ -7,7 +7,9 @@ import numpy as np
 from touchdown.stats import compare, curves
 from touchdown.stats.compare import Comparison
 from touchdown.stats.curves import Reached
+from touchdown.stats.location import median_interval
 from touchdown.stats.seeds import SeedSummary, summarise_seeds
+from touchdown.stats.summary import Interval
 from touchdown.studies.plan import Cell
 from touchdown.studies.results import StudyResults
 
@@ -29,6 +31,8 @@ class LevelSummary:
     is_base: bool
     seeds: SeedSummary
     """Summary of the metric."""
+    median: Interval
+    """Of the metric over seeds, with its 95% interval; see `median_interval`."""
     last_weights: float
     """Mean return of the final weights: on test starts, or on validation starts without a test."""
     over_training: float
@@ -66,6 +70,7 @@ def summarise_levels(results: StudyResults, metric: str) -> list[LevelSummary]:
             cell=cell,
             is_base=cell.labels == base.labels,
             seeds=summarise_seeds(values[cell.labels]),
+            median=median_interval(values[cell.labels]),
             last_weights=float(np.mean([run.return_of_last for run in runs])),
             over_training=float(np.mean([run.area for run in runs])),
             env_steps_to_solved=curves.reached([run.env_steps_to_solved for run in runs]),

@@ -26,7 +26,7 @@ from touchdown.stats.summary import Summary
 from touchdown.studies import run_lines, value_error
 from touchdown.studies.metrics import METRICS
 from touchdown.studies.plan import BETWEEN_LABELS, PlannedRun, Study
-from touchdown.studies.run_lines import RunLine
+from touchdown.studies.run_lines import Curve, RunLine, TrainingParts
 from touchdown.studies.store import Store
 from touchdown.studies.tuners import Tuned
 from touchdown.studies.work import LAST, PidJob
@@ -74,11 +74,10 @@ class RunResult:
     seconds_to_solved: float
     test: Summary | None
     """Summary of the selected checkpoint's test flights; None if there was no test."""
-    validations: tuple[tuple[float, ...], tuple[float, ...]]
+    validations: Curve
     """Environment steps and mean returns of the validations."""
-    hovering: tuple[tuple[float, ...], tuple[float, ...]]
-    """Environment steps at the ends of equal parts of training, and the share of each part's
-    episodes that reached the time limit; parts in which no episode ended are left out."""
+    parts: TrainingParts
+    """Its training episodes, summarised over equal parts of training."""
 
     @property
     def name(self) -> str:
@@ -94,6 +93,21 @@ class RunResult:
     def return_of_last(self) -> float:
         """Mean return of the final weights on test starts or, without a test, validation starts."""
         return self.last_return if self.is_tested else self.last_validation
+
+    @property
+    def hovering(self) -> Curve:
+        """Environment steps, and the share of the episodes that reached the time limit."""
+        return self.parts.ends, self.parts.hovering
+
+    @property
+    def training_returns(self) -> Curve:
+        """Environment steps, and the mean return of the training episodes."""
+        return self.parts.ends, self.parts.returns
+
+    @property
+    def training_steps(self) -> Curve:
+        """Environment steps, and the mean number of steps of the training episodes."""
+        return self.parts.ends, self.parts.steps
 
     @property
     def folder(self) -> RunFolder:
@@ -269,7 +283,7 @@ def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
         seconds_to_solved=solved if math.isinf(solved) else float(np.interp(solved, ends, seconds)),
         test=chosen.summary if chosen else None,
         validations=(tuple(at), tuple(means)),
-        hovering=_hovering(ends, timed_out),
+        parts=_parts_of(episodes),
     )
 
 
@@ -314,7 +328,7 @@ def line_of(run: RunResult, study: Study) -> RunLine:
         env_steps=run.env_steps,
         test=run.test,
         validations=run.validations,
-        hovering=run.hovering,
+        parts=run.parts,
     )
 
 
@@ -341,7 +355,7 @@ def _of_line(line: RunLine, path: Path, planned: PlannedRun) -> RunResult:
         env_steps=line.env_steps,
         test=line.test,
         validations=line.validations,
-        hovering=line.hovering,
+        parts=line.parts,
         **(unknown | known),
     )
 
@@ -361,15 +375,24 @@ def _peak(timed_out: Sequence[bool]) -> float:
     return float((counts[width:] - counts[:-width]).max()) / width
 
 
-def _hovering(
-    ends: FloatArray, timed_out: Sequence[bool]
-) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _parts_of(episodes: Sequence[EpisodeRow]) -> TrainingParts:
+    """Summarise training episodes; parts in which none ended are left out."""
+    ends = np.array([row.env_steps for row in episodes], float)
     edges: FloatArray = np.linspace(0.0, float(ends[-1]), _BINS + 1)
     place = np.clip(np.searchsorted(edges, ends, side="left") - 1, 0, _BINS - 1)
     counts = np.bincount(place, minlength=_BINS)
-    over = np.bincount(place, weights=np.asarray(timed_out, float), minlength=_BINS)
     seen = counts > 0
-    return tuple(edges[1:][seen].tolist()), tuple((over[seen] / counts[seen]).tolist())
+
+    def means(values: Sequence[float]) -> tuple[float, ...]:
+        sums = np.bincount(place, weights=np.asarray(values, float), minlength=_BINS)
+        return tuple((sums[seen] / counts[seen]).tolist())
+
+    return TrainingParts(
+        ends=tuple(edges[1:][seen].tolist()),
+        hovering=means([row.outcome == "timed out" for row in episodes]),
+        returns=means([row.episode_return for row in episodes]),
+        steps=means([row.steps for row in episodes]),
+    )
 
 
 @dataclass(frozen=True, slots=True)

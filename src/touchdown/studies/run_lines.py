@@ -20,6 +20,20 @@ FORMAT_VERSION = 1
 
 Digest = Annotated[str, Meta(pattern="^[0-9a-f]{12}$", description="12 hex digits")]
 Curve = tuple[tuple[float, ...], tuple[float, ...]]
+"""Environment steps, increasing, and a number at each."""
+
+
+class TrainingParts(Struct, frozen=True, kw_only=True):
+    """Training episodes over equal parts of training, in which at least one ended."""
+
+    ends: tuple[float, ...]
+    """Environment steps at the end of each part."""
+    hovering: tuple[float, ...]
+    """Share of the episodes that reached the time limit."""
+    returns: tuple[float, ...]
+    """Mean return."""
+    steps: tuple[float, ...]
+    """Mean number of steps."""
 
 
 class _Header(Struct, frozen=True):
@@ -45,7 +59,7 @@ class RunLine(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     env_steps: Count
     test: Summary | None
     validations: Curve
-    hovering: Curve
+    parts: TrainingParts
 
 
 def write(path: Path, lines: Iterable[RunLine]) -> None:
