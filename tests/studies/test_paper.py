@@ -1,8 +1,10 @@
+import hashlib
 from dataclasses import replace
 
 import pytest
 
 from touchdown.studies import paper
+from touchdown.studies.paper.levels import SPENDING
 
 
 @pytest.mark.parametrize("scale", paper.SCALES)
@@ -42,6 +44,22 @@ def test_the_full_scale_decides_in_looks_on_seeds_that_nobody_has_seen():
     assert {study.first_seed for study in full.values()} == {10}
     assert min(job.tuning.seed for job in paper.pid_jobs("full")) == 10
     assert not any(study.looks for study in paper.studies("quick").values())
+
+
+def test_the_plan_is_the_one_of_its_commit():
+    planned = [
+        (topic.name, claim.sentence, repr(claim.test), claim.metric or topic.metric)
+        for topic in paper.topics("full").values()
+        for claim in topic.claims
+    ]
+    planned += [
+        (study.name, cell.name, cell.config.digest, study.first_seed, tuple(study.looks))
+        for study in paper.studies("full").values()
+        for cell in study.cells()
+    ]
+    planned.append((SPENDING, paper.PLAN_COMMIT))
+    # a change of the plan needs fresh seeds and another commit, whose name is hashed, too
+    assert hashlib.sha256(repr(planned).encode()).hexdigest()[:12] == "c539dc9ad004"
 
 
 @pytest.mark.parametrize("scale", paper.SCALES)

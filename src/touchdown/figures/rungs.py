@@ -127,7 +127,8 @@ def draw_panels(
     """
     rows = -(-len(curves) // PANELS_IN_A_ROW)
     panels = figure.subplots(rows, PANELS_IN_A_ROW, sharex=True, sharey=True, squeeze=False).flat
-    for ax, (name, runs) in zip(panels, curves.items(), strict=False):
+    # the curves first, so that no panel is lost when they end
+    for (name, runs), ax in zip(curves.items(), panels, strict=False):
         if base in curves and name != base:
             _draw_curve(ax, curves[base], style.MUTED, "", 0.12)
         _draw_curve(ax, runs, style.ORANGE if name == base else style.BLUE, "", 0.2)

@@ -85,7 +85,7 @@ def write_paper_report(
             lead=f"{_LEADS[bool(paper.LOOKS[scale])]} {note}".strip(),
             facts=page_facts(results, found.tuned, scale),
             sections=tuple(sections),
-            provenance=provenance_of(command, results, scale),
+            provenance=(*_plan(scale), *provenance_of(command, results, scale)),
         )
         tables = run_tables(results) | {
             f"{topic.name}-levels": level_table(results[topic.study.name], topic.metric)
@@ -96,6 +96,18 @@ def write_paper_report(
             tables[CLAIMS] = claim_table(decisions)
         write_report(page, tables, folder)
     return Report(out / PAGE, decisions, dict(results))
+
+
+def _plan(scale: Scale) -> list[tuple[str, str]]:
+    """The plan, by the commit that made it before any run."""
+    if not paper.LOOKS[scale]:
+        return []
+    looks = ", ".join(map(str, paper.LOOKS[scale]))
+    text = (
+        f"claims, margins and looks at {looks} seeds from seed {paper.FIRST_SEED[scale]} on: "
+        f"commit {paper.PLAN_COMMIT}, before the first of these runs"
+    )
+    return [("plan", text)]
 
 
 def _read(scale: Scale, seeds: int | None, store: Store, wanted: Sequence[Topic]) -> PaperResults:

@@ -1,6 +1,7 @@
 """Facts on a page about the origin of its numbers."""
 
 import platform
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 
@@ -49,12 +50,29 @@ def provenance_of(
     facts = [
         ("made by", command),
         *machine_facts(),
+        *_origins(results),
         ("test", _test_text(results)),
         ("base settings", ", ".join(f"{name} {digest}" for name, digest in bases.items())),
     ]
     if scale:
         facts.append(("scale", scale))
     return tuple(facts)
+
+
+def _origins(results: Mapping[str, StudyResults]) -> list[tuple[str, str]]:
+    """What made the runs, as far as it is recorded."""
+    runs = {run.name: run.origin for each in results.values() for run in each.runs}
+    processors = Counter(
+        f"{each.cpu}{f' with {each.simd}' if each.simd else ''}"
+        for each in runs.values()
+        if each.cpu
+    )
+    commits = Counter(each.git_commit[:12] for each in runs.values() if each.git_commit)
+    return [
+        (name, ", ".join(f"{what} ({count} runs)" for what, count in counts.most_common()))
+        for name, counts in (("trained on", processors), ("trained at commit", commits))
+        if counts
+    ]
 
 
 def machine_facts() -> tuple[tuple[str, str], ...]:

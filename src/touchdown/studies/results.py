@@ -26,7 +26,7 @@ from touchdown.stats.summary import Summary
 from touchdown.studies import run_lines, value_error
 from touchdown.studies.metrics import METRICS
 from touchdown.studies.plan import BETWEEN_LABELS, PlannedRun, Study
-from touchdown.studies.run_lines import Curve, RunLine, TrainingParts
+from touchdown.studies.run_lines import Curve, Origin, RunLine, TrainingParts
 from touchdown.studies.store import Store
 from touchdown.studies.tuners import Tuned
 from touchdown.studies.work import LAST, PidJob
@@ -76,6 +76,8 @@ class RunResult:
     """Summary of the selected checkpoint's test flights; None if there was no test."""
     validations: Curve
     """Environment steps and mean returns of the validations."""
+    origin: Origin
+    """What made it."""
     parts: TrainingParts
     """Its training episodes, summarised over equal parts of training."""
 
@@ -283,6 +285,7 @@ def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
         seconds_to_solved=solved if math.isinf(solved) else float(np.interp(solved, ends, seconds)),
         test=chosen.summary if chosen else None,
         validations=(tuple(at), tuple(means)),
+        origin=_origin_of(folder),
         parts=_parts_of(episodes),
     )
 
@@ -309,21 +312,15 @@ def line_of(run: RunResult, study: Study) -> RunLine:
     """A run's results as a line for another machine.
 
     Args:
-        run: a run with a folder, which has its provenance.
+        run: a run.
         study: its study.
-
-    Raises:
-        UserError: its provenance is broken.
     """
-    made = records.decode_json(run.folder.provenance, Provenance)
     return RunLine(
         run=run.name,
         study=study.name,
         level=BETWEEN_LABELS.join(run.labels),
         seed=run.seed,
-        git_commit=made.git_commit,
-        cpu=made.cpu,
-        simd=made.simd,
+        origin=run.origin,
         numbers=run_lines.as_numbers({name: getattr(run, name) for name in _NUMBERS}),
         env_steps=run.env_steps,
         test=run.test,
@@ -355,6 +352,7 @@ def _of_line(line: RunLine, path: Path, planned: PlannedRun) -> RunResult:
         env_steps=line.env_steps,
         test=line.test,
         validations=line.validations,
+        origin=line.origin,
         parts=line.parts,
         **(unknown | known),
     )
@@ -366,6 +364,13 @@ def _rewarded_share(folder: RunFolder) -> float:
         return math.nan
     updates = records.decode_jsonl(folder.updates, dict[str, float])
     return updates[-1].get("rewarded_share", math.nan) if updates else math.nan
+
+
+def _origin_of(folder: RunFolder) -> Origin:
+    if not folder.provenance.is_file():
+        return Origin()
+    made = records.decode_json(folder.provenance, Provenance)
+    return Origin(git_commit=made.git_commit, cpu=made.cpu, simd=made.simd)
 
 
 def _peak(timed_out: Sequence[bool]) -> float:

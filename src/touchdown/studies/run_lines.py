@@ -23,6 +23,15 @@ Curve = tuple[tuple[float, ...], tuple[float, ...]]
 """Environment steps, increasing, and a number at each."""
 
 
+class Origin(Struct, frozen=True, kw_only=True):
+    """What made a run, as far as it is recorded."""
+
+    git_commit: str | None = None
+    cpu: str = ""
+    simd: str | None = None
+    """Instruction set of the C++ code."""
+
+
 class TrainingParts(Struct, frozen=True, kw_only=True):
     """Training episodes over equal parts of training, in which at least one ended."""
 
@@ -51,9 +60,7 @@ class RunLine(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A study that contains it, for readers of the file."""
     level: str
     seed: Count
-    git_commit: str | None
-    cpu: str
-    simd: str | None
+    origin: Origin
     numbers: dict[str, float | None]
     """By the name of a field of `RunResult`; None if it is not finite."""
     env_steps: Count

@@ -52,14 +52,11 @@ def export_results(
     """
     store = stores.open_store(Path(results_dir))
     selection = find_started(store, study, scale, None)
-    imported = store.imported
     lines: dict[str, RunLine] = {}
     for each, seeds in selection.studies:
         most = max((seeds, *each.looks))
         for run in results.read_study(each, most, store).runs:
-            if run.name not in lines:
-                is_here = run.folder.provenance.is_file()
-                lines[run.name] = results.line_of(run, each) if is_here else imported[run.name]
+            lines.setdefault(run.name, results.line_of(run, each))
     if not lines:
         raise UserError(
             f"study {selection.name!r}: none of its runs is done; "

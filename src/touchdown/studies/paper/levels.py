@@ -39,6 +39,9 @@ FIRST_SEED: dict[Scale, int] = {"quick": 0, "full": 10}
 LOOKS: dict[Scale, tuple[int, ...]] = {"quick": (), "full": (30, 60, 120)}
 """Seeds at which claims are decided. The quick scale decides none: its clocks are not the
 paper's."""
+PLAN_COMMIT = "bf4a224c"
+"""The commit that planned the full scale's claims, margins, levels, seeds and looks. A later change
+of the plan needs other seeds, and a new commit here."""
 SPENDING = spending.POCOCK
 """A seed of all cells takes an hour, so the first looks get as much of the 5% as the last."""
 
