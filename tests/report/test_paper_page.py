@@ -51,10 +51,10 @@ def store(tmp_path_factory):
         returns = [170.0 + better + job.tuning.seed, 180.0 + better]
         write_evaluations(folder / "evaluation.json", [evaluation(returns)], WeightsFacts())
         record(RunFolder(folder))
-    for job, mean in zip(paper.baseline_jobs(), (222.0, -190.0), strict=True):
+    for job, mean in zip(paper.baseline_jobs(), (222.0, -190.0, 250.0), strict=True):
         folder = RunFolder(made.runs / job.digest)
         folder.path.mkdir()
-        record(folder, height=2.0 if job.name == "pid" else 9.0)
+        record(folder, height={"pid": 2.0, "random": 9.0, "heuristic": 2.3}[job.name])
         write_evaluations(folder.evaluation, [evaluation([mean])], WeightsFacts())
     broken, missing = paper.studies("quick")["size"].runs()[:2]
     made.note_failure(broken.digest, "it diverged")
@@ -87,7 +87,7 @@ def test_every_topic_has_a_section_its_figures_and_its_table(written):
     studies = {topic.study.name for topic in topics.values() if topic.study}
     tables = {path.stem for path in (folder / "tables").iterdir()}
     levels = {f"{name}-levels" for name in topics if name not in ("alike", "pid")}
-    assert tables == studies | levels | {"claims"}
+    assert tables == studies | levels | {"claims", "alike", "pid"}
     assert "make it so" in text
 
 
@@ -142,6 +142,13 @@ def test_distances_come_from_recorded_paths(written):
     assert "medians to random: 52.333, to the PID: 5.667" in first.evidence
     assert first.p_raw < 0.05
     assert "0 of" in second.evidence
+    with (report.page.parent / "tables" / "alike.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    levels = [cell.name for cell in paper.studies("quick")["ladder"].cells()]
+    assert {row["level"] for row in rows} == {*levels, "heuristic"}
+    assert float(rows[-1]["to_pid"]) == pytest.approx(0.3 * 20 / 3, abs=1e-5)
+    with (report.page.parent / "tables" / "pid.csv").open() as file:
+        assert len(list(csv.DictReader(file))) == 4 * SEEDS
 
 
 def test_the_ladder_is_shown_beside_the_baselines(written):

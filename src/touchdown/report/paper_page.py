@@ -12,7 +12,7 @@ from touchdown.report.output import PAGE, Report, write_report
 from touchdown.report.page import Page, Section
 from touchdown.report.provenance import page_facts, provenance_of
 from touchdown.runs.folder import RunFolder
-from touchdown.studies import paper
+from touchdown.studies import alike, paper
 from touchdown.studies.claims import CLAIMS, Decision
 from touchdown.studies.paper import Scale, Topic
 from touchdown.studies.paper import looks as paper_looks
@@ -92,6 +92,11 @@ def write_paper_report(
             for topic in wanted
             if topic.name in decisions and topic.name != "alike" and topic.study is not None
         }
+        if "alike" in decisions and found.distances is not None:
+            others = alike.controls(results["ladder"], paper.BEST, store)
+            tables["alike"] = alike_section.alike_table(found.distances, others)
+        if "pid" in decisions:
+            tables["pid"] = pid_section.pid_table(found.tuned)
         if any(decisions.values()):
             tables[CLAIMS] = claim_table(decisions)
         write_report(page, tables, folder)
@@ -133,7 +138,10 @@ def _section_of(
     if topic.name == "alike":
         if found.distances is None:
             return None
-        section = alike_section.alike_section(builder, topic, title, found.distances, decisions)
+        others = alike.controls(results, paper.BEST, store)
+        section = alike_section.alike_section(
+            builder, topic, title, found.distances, others, decisions
+        )
         return decisions, section
     lines = _baseline_returns(store) if topic.with_baselines else {}
     section = builder.section(

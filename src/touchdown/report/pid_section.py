@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+import polars as pl
 
 from touchdown.core.types import FloatArray
 from touchdown.figures.studies import Row
@@ -97,4 +98,23 @@ def _tuner_table(tuned: Sequence[PidResult], tuning: Tuning) -> Table:
         "each, on the test starts.",
         ("tuner", "seeds", "test return, mean [95%]", "on its training starts", "share ≥ 200"),
         tuple(rows),
+    )
+
+
+def pid_table(tuned: Sequence[PidResult]) -> pl.DataFrame:
+    """A row for each tuning: its tuner, its seed, and the returns of its gains."""
+    return pl.DataFrame(
+        [
+            {
+                "tuner": each.job.tuning.tuner,
+                "seed": each.job.tuning.seed,
+                "run": each.job.digest,
+                "trials": each.job.tuning.trials,
+                "training_return": each.trained_return,
+                "test_return": each.test.summary.mean_return,
+                "share_solved": each.test.summary.share_solved,
+            }
+            for each in tuned
+        ],
+        infer_schema_length=None,
     )

@@ -1,6 +1,7 @@
 """Similarity of two policies' flights: distances of paths from the same starts (section 9)."""
 
 import itertools
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -31,6 +32,16 @@ class SeedDistances:
     def ratio(self) -> float:
         """The distance to the PID divided by that to another seed of the same agent."""
         return self.to_pid / float(np.mean([*self.to_other_seeds.values()]))
+
+
+@dataclass(frozen=True, slots=True)
+class Controls:
+    """Distances to the PID's flights of others than the agent in question, in metres."""
+
+    agents: Mapping[str, Mapping[int, float]]
+    """Of other agents, by name and training seed."""
+    heuristic: float
+    """Of Gymnasium's heuristic; NaN if its flights are not recorded."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +151,41 @@ def agent_distances(
     if not known or pid is None or random is None:
         return None
     return compare_paths(known, pid, random)
+
+
+def controls(results: StudyResults, agent: str, store: Store) -> Controls:
+    """How near to the PID's flights those of others are.
+
+    Args:
+        results: results of a study of agents.
+        agent: the name of the cell that needs no control.
+        store: the store with the baselines' paths.
+
+    Raises:
+        UserError: a file of paths is broken.
+    """
+    pid, heuristic = (
+        _paths_of(store.runs / BaselineJob(name).digest) for name in ("pid", "heuristic")
+    )
+    if pid is None:
+        return Controls({}, math.nan)
+    agents = {
+        cell.name: {
+            run.seed: _between(paths, pid)
+            for run in results.of(cell.labels)
+            if (paths := _paths_of(run.path)) is not None
+        }
+        for cell in results.study.cells()
+        if cell.name != agent
+    }
+    known = {name: of for name, of in agents.items() if of}
+    return Controls(known, math.nan if heuristic is None else _between(heuristic, pid))
+
+
+def _between(some: FlightPaths, others: FlightPaths) -> float:
+    """Mean distance over the starts that both have."""
+    starts = [start for start in some if start in others]
+    return float(np.mean([distance(some[start], others[start]) for start in starts]))
 
 
 def _paths_of(folder: Path) -> FlightPaths | None:

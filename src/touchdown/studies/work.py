@@ -174,7 +174,7 @@ class PidJob:
 class BaselineJob:
     """Test flights of an untrained policy, as a baseline."""
 
-    name: Literal["pid", "random"]
+    name: Literal["pid", "random", "heuristic"]
 
     @property
     def digest(self) -> str:

@@ -190,7 +190,7 @@ def pid_jobs(scale: Scale, seeds: int | None = None) -> list[PidJob]:
 
 def baseline_jobs() -> list[BaselineJob]:
     """The flights that topics with `with_baselines` compare with."""
-    return [BaselineJob("pid"), BaselineJob("random")]
+    return [BaselineJob("pid"), BaselineJob("random"), BaselineJob("heuristic")]
 
 
 def _topic(study: Study, section: str, question: str, claimed: tuple[Claim, ...]) -> Topic:
