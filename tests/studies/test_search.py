@@ -11,10 +11,12 @@ from touchdown.core.errors import Interrupted, UserError  # noqa: E402
 from touchdown.studies import search  # noqa: E402
 from touchdown.studies.executors import Event  # noqa: E402
 from touchdown.studies.plan import FIRST_TUNING_SEED  # noqa: E402
-from touchdown.studies.search import Choice, Range, storage_errors  # noqa: E402
+from touchdown.studies.search import storage_errors  # noqa: E402
+from touchdown.studies.space import Choice, Range, space_of  # noqa: E402
 from touchdown.studies.store import open_store  # noqa: E402
 
 BASE = preset("vector-dqn")
+SPACE = space_of(BASE)
 
 
 class Pretender:
@@ -56,11 +58,11 @@ def new_study(store, name: str = "mine"):
 @pytest.mark.usefixtures("better_with_a_low_rate")
 def test_a_trial_has_seeds_that_no_study_reports_and_only_searched_settings_change(store):
     executor = Pretender()
-    found = search.search(new_study(store), BASE, store, executor, trials=1, seeds=3)
+    found = search.search(new_study(store), BASE, SPACE, store, executor, trials=1, seeds=3)
     assert [config.seed for config in executor.given] == [FIRST_TUNING_SEED + i for i in range(3)]
     assert all(config.training.test_episodes == 0 for config in executor.given)
     assert found.trials == 1
-    assert set(found.changed) == set(search.space_of(BASE))
+    assert set(found.changed) == set(space_of(BASE))
     back = replace(
         found.best,
         preset=BASE.preset,
@@ -74,7 +76,7 @@ def test_a_trial_has_seeds_that_no_study_reports_and_only_searched_settings_chan
 @pytest.mark.usefixtures("better_with_a_low_rate")
 def test_the_best_is_kept_what_mattered_is_known_and_the_hopeless_are_pruned(store):
     executor = Pretender()
-    found = search.search(new_study(store), BASE, store, executor, trials=30, seeds=3)
+    found = search.search(new_study(store), BASE, SPACE, store, executor, trials=30, seeds=3)
     assert found.trials == 30
     assert 0 < found.pruned < 25
     # the pruned ones were spared two of their three seeds
@@ -91,9 +93,9 @@ def test_the_best_is_kept_what_mattered_is_known_and_the_hopeless_are_pruned(sto
 @pytest.mark.usefixtures("better_with_a_low_rate")
 def test_a_search_that_was_stopped_tries_again_what_was_under_way(store):
     left = new_study(store).ask()
-    drawn = {name: of.suggest(left, name) for name, of in search.space_of(BASE).items()}
+    drawn = {name: of.suggest(left, name) for name, of in space_of(BASE).items()}
     executor = Pretender()
-    search.search(new_study(store), BASE, store, executor, trials=1, seeds=1)
+    search.search(new_study(store), BASE, SPACE, store, executor, trials=1, seeds=1)
     assert executor.given[0].learning.learning_rate == drawn["learning.learning_rate"]
 
 
@@ -105,13 +107,14 @@ def test_stopping_keeps_the_trials_that_were_made(store):
         search.search(
             study,
             BASE,
+            SPACE,
             store,
             executor,
             trials=9,
             seeds=1,
             should_stop=lambda: len(executor.given) >= 2,
         )
-    again = search.search(new_study(store), BASE, store, Pretender(), trials=3, seeds=1)
+    again = search.search(new_study(store), BASE, SPACE, store, Pretender(), trials=3, seeds=1)
     assert again.trials == 3
 
 
@@ -121,7 +124,7 @@ def test_a_run_that_failed_is_worth_what_nobody_wants(store):
             for job in jobs:
                 on_event(Event(job.digest, "failed", text="it diverged"))
 
-    found = search.search(new_study(store), BASE, store, Failing(), trials=1, seeds=1)
+    found = search.search(new_study(store), BASE, SPACE, store, Failing(), trials=1, seeds=1)
     assert found.value == -1_000
 
 
@@ -186,7 +189,7 @@ def test_a_storage_that_another_process_keeps_locked_is_one_line(store, monkeypa
     other = sqlite3.connect(store.path / "search.sqlite3")
     other.execute("BEGIN EXCLUSIVE")
     with pytest.raises(UserError, match="cannot be used: database is locked"), storage_errors(url):
-        search.search(study, BASE, store, Pretender(), trials=1, seeds=1)
+        search.search(study, BASE, SPACE, store, Pretender(), trials=1, seeds=1)
     other.close()
 
 
@@ -198,8 +201,8 @@ def test_what_lies_just_below_one_is_searched_by_its_distance_from_it():
 
 
 def test_the_space_is_of_what_the_agent_has():
-    assert "replay.resaves" in search.space_of(preset("paper-best"))
-    assert "replay.resaves" not in search.space_of(preset("target-dqn"))
-    assert "rollout.epochs" in search.space_of(preset("swift"))
+    assert "replay.resaves" in space_of(preset("paper-best"))
+    assert "replay.resaves" not in space_of(preset("target-dqn"))
+    assert "rollout.epochs" in space_of(preset("swift"))
     with pytest.raises(UserError, match="algorithm = 'tabular'"):
-        search.space_of(preset("tabular-q"))
+        space_of(preset("tabular-q"))

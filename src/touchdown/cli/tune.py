@@ -76,6 +76,14 @@ class TuneAgent:
         int | None, arg(help="Environment steps per run; without it, the preset's limit.")
     ] = None
     seed: Annotated[int, arg(help="Seed of Optuna's sampler.")] = 0
+    space: Annotated[
+        Path | None,
+        arg(
+            metavar="FILE",
+            help="TOML file of the settings to search, with a list of values or a range for each; "
+            "without it, the settings that the algorithm depends on most.",
+        ),
+    ] = None
     storage: Annotated[
         str | None,
         arg(
@@ -102,6 +110,7 @@ class TuneAgent:
             seeds=self.seeds,
             env_steps=self.env_steps,
             seed=self.seed,
+            space=self.space,
             storage=self.storage,
             out=out,
             force=self.force,

@@ -23,6 +23,7 @@ from touchdown.studies import runner
 from touchdown.studies.changes import nested
 from touchdown.studies.executors import Executor
 from touchdown.studies.plan import FIRST_TUNING_SEED
+from touchdown.studies.space import Space
 from touchdown.studies.store import Store
 from touchdown.studies.work import TrainJob
 
@@ -30,36 +31,6 @@ _STARTUP = 5  # trials before median pruning begins
 _PATIENCE = 60.0  # seconds to wait for a SQLite file that another process has locked
 _OF_STORAGES = (optuna.exceptions.OptunaError, sqlalchemy.exc.SQLAlchemyError)
 _OF_URLS = (ValueError, TypeError)  # what a driver raises for an option that it cannot read
-
-
-@dataclass(frozen=True, slots=True)
-class Range:
-    """A range of numbers."""
-
-    low: float
-    high: float
-    log: bool = False
-    whole: bool = False
-    from_one: bool = False
-    """The range applies to 1 minus the setting, so that 0.99 to 0.999 is as wide as 0.9 to 0.99."""
-
-    def suggest(self, trial: optuna.trial.BaseTrial, name: str) -> float | int:
-        """The value for a trial."""
-        if self.whole:
-            return trial.suggest_int(name, int(self.low), int(self.high), log=self.log)
-        drawn = trial.suggest_float(name, self.low, self.high, log=self.log)
-        return 1 - drawn if self.from_one else drawn
-
-
-@dataclass(frozen=True, slots=True)
-class Choice:
-    """One of a few values."""
-
-    values: tuple[float | int, ...]
-
-    def suggest(self, trial: optuna.trial.BaseTrial, name: str) -> float | int:
-        """The value for a trial."""
-        return trial.suggest_categorical(name, self.values)
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,37 +48,6 @@ class Searched:
     pruned: int
     importance: Mapping[str, float]
     """Importance of each setting, summing to 1; empty if there are too few trials."""
-
-
-def space_of(config: Config) -> dict[str, Range | Choice]:
-    """The searched settings by dotted name: those that an algorithm depends on most.
-
-    Raises:
-        UserError: the algorithm cannot be searched.
-    """
-    found: dict[str, Range | Choice] = {
-        "learning.learning_rate": Range(1e-4, 2e-3, log=True),
-        "learning.gamma": Range(1e-3, 0.1, log=True, from_one=True),
-        "learning.reward_scale": Choice((0.01, 0.03, 0.1, 0.3)),
-    }
-    if config.exploration.schedule != "constant":
-        found["exploration.epsilon_end"] = Range(0.003, 0.1, log=True)
-    if config.exploration.schedule == "exponential":
-        found["exploration.epsilon_decay"] = Range(3e-3, 0.1, log=True, from_one=True)
-    if config.algorithm == "pqn":
-        return found | {
-            "rollout.trace_decay": Range(0.5, 0.98),
-            "rollout.epochs": Range(1, 6, whole=True),
-            "rollout.minibatches": Choice((4, 8, 16, 32)),
-        }
-    if config.algorithm != "dqn":
-        raise UserError(f"algorithm = {config.algorithm!r}: must be dqn or pqn for a search")
-    found["learning.batch_size"] = Choice((32, 64, 128))
-    if config.learning.target_period:
-        found["learning.target_period"] = Range(50, 5_000, log=True, whole=True)
-    if config.replay.resaves:
-        found["replay.resaves"] = Range(1, 20, whole=True)
-    return found
 
 
 def open_study(url: str, name: str, seed: int) -> optuna.Study:
@@ -193,6 +133,7 @@ def _refusal(parts: sqlalchemy.URL, error: BaseException) -> UserError:
 def search(
     study: optuna.Study,
     base: Config,
+    space: Space,
     store: Store,
     executor: Executor,
     *,
@@ -207,6 +148,7 @@ def search(
     Args:
         study: the Optuna study.
         base: settings, some of which the search changes.
+        space: what it changes.
         store: the store for the trials' runs.
         executor: runs a trial's seeds in parallel.
         trials: total number of trials.
@@ -219,7 +161,6 @@ def search(
         Interrupted: `should_stop` returned True.
         UserError: nothing can be written, or no trial was completed.
     """
-    space = space_of(base)
     if alone:
         _take_up_again(study)
     while len(_over(study)) < trials:
@@ -289,7 +230,7 @@ def _return_of(job: TrainJob, store: Store, *, failed: bool) -> float:
     return policy_weights.final_return_of(RunFolder(store.runs / job.digest).best)
 
 
-def _found(study: optuna.Study, base: Config, space: Mapping[str, Range | Choice]) -> Searched:
+def _found(study: optuna.Study, base: Config, space: Space) -> Searched:
     complete = study.get_trials(deepcopy=False, states=[optuna.trial.TrialState.COMPLETE])
     if not complete:
         raise UserError("trials: none was completed; increase their number")

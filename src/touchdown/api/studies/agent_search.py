@@ -12,6 +12,7 @@ from touchdown.config import presets, toml
 from touchdown.core import files, installation
 from touchdown.core.errors import Interrupted, UserError
 from touchdown.core.progress import Counter, console_for, stop_on_signals
+from touchdown.studies import space as spaces
 from touchdown.studies import store as stores
 from touchdown.studies.executors import Executor, LocalExecutor
 from touchdown.studies.store import DEFAULT_RESULTS
@@ -30,12 +31,16 @@ class TunedAgent:
     def __str__(self) -> str:
         """A sentence with the result."""
         settings = ", ".join(
-            f"{name.split('.')[-1]} {value:.4g}" for name, value in self.changed.items()
+            f"{name.split('.')[-1]} {_text_of(value)}" for name, value in self.changed.items()
         )
         return (
             f"best of {self.trials} trials ({self.pruned} pruned): validation return "
             f"{self.value:.1f} with {settings}"
         )
+
+
+def _text_of(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def tune_agent(
@@ -45,6 +50,7 @@ def tune_agent(
     seeds: int = 3,
     env_steps: int | None = None,
     seed: int = 0,
+    space: Path | str | None = None,
     storage: str | None = None,
     out: Path | str | None = None,
     force: bool = False,
@@ -64,6 +70,8 @@ def tune_agent(
         seeds: training seeds per trial.
         env_steps: environment steps per run; None uses the preset's limit.
         seed: seed of the sampler.
+        space: TOML file of the settings to search, with a list of values or a range for each; None
+            uses a built-in choice. A setting with a single value has it in all trials.
         storage: Optuna storage, such as `postgresql://…` for many machines; None uses SQLite in the
             results folder.
         out: TOML file for the best settings, with a plot of their importance in the same
@@ -76,8 +84,8 @@ def tune_agent(
         console: where to show them; None uses the notebook's output or standard output.
 
     Raises:
-        UserError: a number is out of range, Optuna is not installed, the storage cannot be
-            reached, `out` exists already, or nothing can be written.
+        UserError: a number is out of range, the space is broken, Optuna is not installed, the
+            storage cannot be reached, `out` exists already, or nothing can be written.
         Interrupted: Ctrl-C, SIGTERM or SIGHUP; finished trials are kept.
     """
     for name, value in (("trials", trials), ("seeds", seeds), ("env_steps", env_steps)):
@@ -91,12 +99,18 @@ def tune_agent(
     if env_steps is not None:
         training = dataclasses.replace(base.training, max_env_steps=env_steps, episodes=1_000_000)
         base = dataclasses.replace(base, training=training)
-    search.space_of(base)
+    if space is None:
+        searched = spaces.space_of(base)
+    else:
+        base, searched = spaces.read_space(Path(space), base)
     if out is not None:
         files.check_file(Path(out), "out")
         files.check_new(Path(out), force=force)
     store = stores.open_store(Path(results_dir), make=True)
     url = search.storage_url(store) if storage is None else storage
+    name = f"{preset}-{base.digest}-{seeds}"
+    if space is not None:
+        name += f"-{spaces.digest_of(searched)}"
     shown = console_for(progress, console)
     try:
         with (
@@ -111,8 +125,9 @@ def tune_agent(
                 count.describe(f"tuning {preset}{best_text}", number)
 
             found = search.search(
-                search.open_study(url, f"{preset}-{base.digest}-{seeds}", seed),
+                search.open_study(url, name, seed),
                 base,
+                searched,
                 store,
                 executor or LocalExecutor(),
                 trials=trials,
