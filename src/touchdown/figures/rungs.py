@@ -96,15 +96,23 @@ def draw_shares(ax: Axes, curves: Mapping[str, Sequence[Curve]], what: str) -> A
     return _over_env_steps(ax)
 
 
-def draw_numbers(ax: Axes, curves: Mapping[str, Sequence[Curve]], what: str) -> Axes:
+def draw_numbers(
+    ax: Axes,
+    curves: Mapping[str, Sequence[Curve]],
+    what: str,
+    shown: tuple[float, float] | None = None,
+) -> Axes:
     """Numbers of each variant's training episodes over environment steps, with their interval.
 
     Args:
         ax: the axes to draw on.
         curves: environment steps and numbers, by variant name.
         what: label of the axis.
+        shown: lowest and highest number shown; None shows all.
     """
     _draw_curves(ax, curves)
+    if shown is not None:
+        ax.set_ylim(*shown)
     ax.set_ylabel(what)
     return _over_env_steps(ax)
 

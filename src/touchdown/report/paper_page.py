@@ -67,7 +67,8 @@ def write_paper_report(
     topics = paper.topics(scale)
     wanted = [topics[name] for name in (names or topics)]
     found = _read(scale, seeds, store, wanted)
-    results = found.results
+    of_topics = {topic.study.name for topic in wanted if topic.study}
+    results = {name: each for name, each in found.results.items() if name in of_topics}
     decisions: dict[str, list[Decision]] = {}
     sections: list[Section] = []
     with files.complete_folder(out) as folder:
@@ -83,7 +84,7 @@ def write_paper_report(
         page = Page(
             title="The paper, re-measured",
             lead=f"{_LEADS[bool(paper.LOOKS[scale])]} {note}".strip(),
-            facts=page_facts(results, found.tuned, scale),
+            facts=page_facts(results, found.tuned if "pid" in decisions else (), scale),
             sections=tuple(sections),
             provenance=(*_plan(scale), *provenance_of(command, results, scale)),
         )
@@ -100,7 +101,7 @@ def write_paper_report(
         if any(decisions.values()):
             tables[CLAIMS] = claim_table(decisions)
         write_report(page, tables, folder)
-    return Report(out / PAGE, decisions, dict(results))
+    return Report(out / PAGE, decisions, results)
 
 
 def _plan(scale: Scale) -> list[tuple[str, str]]:

@@ -208,7 +208,8 @@ def save_training(title: str, results: StudyResults, of: str, stem: Path) -> Pic
     cells = [cell for cell in results.study.cells() if results.of(cell.labels)]
     by_level = {cell.name: [getattr(run, of) for run in results.of(cell.labels)] for cell in cells}
     figure = style.new_figure(7.2, 3.8)
-    rungs.draw_numbers(figure.subplots(), by_level, what)
+    shown = _lander_or_all(results, rungs.LANDER_RETURNS) if of == "training_returns" else None
+    rungs.draw_numbers(figure.subplots(), by_level, what, shown)
     _save(figure, stem)
     return Picture(
         stem.with_suffix(".svg"),
