@@ -3,6 +3,7 @@ import json
 import msgspec
 import numpy as np
 import pytest
+import scipy
 from numpy.random import default_rng
 
 from touchdown.stats.summary import bootstrap_iqm, interquartile_mean, summarise
@@ -152,3 +153,18 @@ def test_a_summary_is_json_with_every_number():
     row = json.loads(json.dumps(summary.to_json(), allow_nan=False))
     assert row.keys() == {item.encode_name for item in msgspec.structs.fields(summary)}
     assert row["iqm"]["value"] == 3.0
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 5, 100, 1_000])
+def test_the_interquartile_mean_and_its_interval_are_scipys(count: int):
+    values = 200 + 80 * default_rng(count).standard_normal(count)
+    assert interquartile_mean(values) == scipy.stats.trim_mean(values, 0.25)
+    twin = scipy.stats.bootstrap(
+        (values,),
+        lambda sample, axis: scipy.stats.trim_mean(sample, 0.25, axis=axis),
+        n_resamples=2_000,
+        method="percentile",
+        rng=default_rng(3),
+    ).confidence_interval
+    found = bootstrap_iqm(values.tolist(), seed=3)
+    assert (found.low, found.high) == pytest.approx((twin.low, twin.high), rel=1e-14)

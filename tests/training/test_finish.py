@@ -5,10 +5,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
+from finished_runs import write_validations
 from saved_policies import save_model
 from touchdown.agents.networks import QNetwork
 from touchdown.config.presets import preset
 from touchdown.config.sections import NetworkConfig
+from touchdown.core import files
 from touchdown.core.errors import Interrupted
 from touchdown.core.helper import Helper
 from touchdown.envs.flight import load_flights, save_flights
@@ -16,12 +18,14 @@ from touchdown.envs.recorder import record_flight
 from touchdown.evaluation.evaluation import median_start, write_evaluations
 from touchdown.evaluation.evaluator import Evaluator
 from touchdown.evaluation.paths import load_paths, save_paths
+from touchdown.figures import flights as figures
 from touchdown.figures import style
 from touchdown.policies.facts import WeightsFacts
 from touchdown.policies.lookup import load
 from touchdown.render.film import write_mp4
 from touchdown.runs import folder as folders
-from touchdown.runs.run import Run
+from touchdown.runs.rows import EpisodeRow
+from touchdown.runs.run import CURVE, Run
 from touchdown.training import finish
 
 BASE = preset("pilot")
@@ -88,21 +92,32 @@ def test_baselines_and_the_last_weights_are_flown_beside_the_chosen_checkpoint(r
 def test_a_helper_flies_the_last_starts_and_films_the_same(run, rollouts):
     alone = finish.fly_test(run)
     run.folder.evaluation.unlink()
+    write_validations(run.path, ((0, 0.0), (1_000, 250.0)))
+    row = EpisodeRow(
+        episode=1, env_steps=1_000, episode_return=9.0, steps=1_000, outcome="crashed", epsilon=0.1,
+        seconds=1.0,
+    )  # fmt: skip
+    run.folder.episodes.write_bytes(files.to_json_line(row))
     episodes: list[None] = []
     with closing(Helper()) as helper:
         together = finish.fly_test(run, helper=helper, on_episode=lambda: episodes.append(None))
         assert rollouts == [3, 1]  # two of the starts were flown elsewhere
         assert len(episodes) == 3
         assert together == alone
-        recorded = finish.record_flights(run, together[0])
-        ours, theirs = run.path / "ours.mp4", run.path / "theirs.mp4"
-        helper.result(
-            helper.start(
-                "touchdown.training.chores:film", flights=str(run.folder.flights), out=str(theirs)
-            )
-        )
-    write_mp4(recorded.median, ours)
-    assert theirs.read_bytes() == ours.read_bytes()
+        recorded = finish.record_flights(run, together[0], 2)
+        of = {"flights": str(run.folder.flights)}
+        film, figure = run.path / "theirs.mp4", run.path / "theirs.png"
+        chores = "touchdown.training.chores"
+        helper.result(helper.start(f"{chores}:film", **of, out=str(film)))
+        helper.result(helper.start(f"{chores}:figure", **of, out=str(figure), title="Both"))
+        helper.result(helper.start(f"{chores}:curve", run=str(run.path), title="Its curve"))
+    write_mp4(recorded.median, run.path / "ours.mp4")
+    assert film.read_bytes() == (run.path / "ours.mp4").read_bytes()
+    figures.save_flights(run.path / "ours.png", recorded.beside, "Both")
+    assert figure.read_bytes() == (run.path / "ours.png").read_bytes()
+    curve = (run.path / CURVE).read_bytes()
+    finish.save_curve(run, "Its curve")
+    assert curve == (run.path / CURVE).read_bytes()
 
 
 def test_what_a_helper_fails_to_fly_is_flown_here(run, rollouts):

@@ -135,7 +135,7 @@ def _completed(
         notes: list[str] = []
         if tested:
             _draw(run, tested[0], helper, advance, notes.append)
-        finish.save_curve(run, f"{run.name} on {config.env_id}")
+        _draw_curve(run, helper)
         view.advance()
     seconds = f"trained in {progress.clock(trained - began)}"
     total = progress.clock(time.monotonic() - began)
@@ -218,27 +218,42 @@ def _draw(
     on_picture: Callable[[], object],
     on_note: Callable[[str], object],
 ) -> None:
-    """Draw the overlaid flights, and film the flight with the median test return."""
-    recorded = finish.record_flights(run, tested, OVERLAID, on_note)
-    call = 0
-    if recorded is not None and helper is not None:
-        mp4 = {"flights": str(run.folder.flights), "out": str(run.path / MP4)}
-        call = helper.start("touchdown.training.chores:film", **mp4)
-    if recorded is not None and recorded.beside:
-        from touchdown.figures import flights as figure  # noqa: PLC0415 - it loads matplotlib
+    """Draw the overlaid flights, and film the flight with the median test return.
 
-        figure.save_flights(
-            run.path / FLIGHTS,
-            recorded.beside,
-            "Flights of the agent and the PID from the same starts",
-        )
-    on_picture()
+    A helper draws what needs matplotlib, which it has loaded already, and one of the films.
+    """
+    recorded = finish.record_flights(run, tested, OVERLAID, on_note)
+    title = "Flights of the agent and the PID from the same starts"
+    figure = gif = 0
+    if recorded is not None and helper is not None:
+        flights = str(run.folder.flights)
+        if recorded.beside:
+            out = str(run.path / FLIGHTS)
+            chore = "touchdown.training.chores:figure"
+            figure = helper.start(chore, flights=flights, out=out, title=title)
+        out = str(run.path / GIF)
+        gif = helper.start("touchdown.training.chores:film", flights=flights, out=out)
     if recorded is not None:
-        films.write_video(recorded.median, run.path / GIF, follow=False)
-    on_picture()
-    if recorded is not None and not (helper and helper.has_done(call)):
         films.write_video(recorded.median, run.path / MP4, follow=False)
     on_picture()
+    if recorded is not None and recorded.beside and not (helper and helper.has_done(figure)):
+        from touchdown.figures import flights as figures  # noqa: PLC0415 - it loads matplotlib
+
+        figures.save_flights(run.path / FLIGHTS, recorded.beside, title)
+    on_picture()
+    if recorded is not None and not (helper and helper.has_done(gif)):
+        films.write_video(recorded.median, run.path / GIF, follow=False)
+    on_picture()
+
+
+def _draw_curve(run: Run, helper: Helper | None) -> None:
+    """Draw the learning curve, the last file of a run."""
+    title = f"{run.name} on {run.config.env_id}"
+    arguments = {"run": str(run.path), "title": title}
+    if helper is None or not helper.has_done(
+        helper.start("touchdown.training.chores:curve", **arguments)
+    ):
+        finish.save_curve(run, title)
 
 
 def _draw_policy(run: Run) -> str:

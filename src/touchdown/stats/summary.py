@@ -3,11 +3,10 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 import msgspec
 import numpy as np
-import scipy
 from msgspec import Struct
 from numpy.typing import ArrayLike
 
@@ -53,12 +52,22 @@ class Summary(Struct, frozen=True, kw_only=True, rename=_STORED):
 
 
 def interquartile_mean(values: ArrayLike, axis: int = -1) -> FloatArray:
-    """Interquartile mean: mean of the middle half of the values."""
-    return cast(FloatArray, scipy.stats.trim_mean(values, 0.25, axis=axis))
+    """Interquartile mean: mean of the middle half of the values.
+
+    The same as `scipy.stats.trim_mean(values, 0.25)`, whose import takes longer than many test
+    episodes.
+    """
+    sample = np.moveaxis(np.asarray(values, float), axis, -1)
+    n = sample.shape[-1]
+    cut = n // 4
+    ordered = np.partition(sample, (cut, n - cut - 1), axis=-1)
+    return ordered[..., cut : n - cut].mean(axis=-1)
 
 
 def bootstrap_iqm(values: Sequence[float], seed: int = 0) -> Interval:
     """Interquartile mean with its 95% percentile bootstrap interval.
+
+    The same as `scipy.stats.bootstrap` with `method="percentile"`, without its import.
 
     Args:
         values: at least one value.
@@ -73,14 +82,8 @@ def bootstrap_iqm(values: Sequence[float], seed: int = 0) -> Interval:
     value = float(interquartile_mean(sample))
     if np.ptp(sample) == 0:
         return Interval(value, value, value)
-    result = scipy.stats.bootstrap(
-        (sample,),
-        interquartile_mean,
-        n_resamples=RESAMPLES,
-        method="percentile",
-        rng=np.random.default_rng(seed),
-    )
-    low, high = cast(tuple[float, float], result.confidence_interval)
+    drawn = np.random.default_rng(seed).integers(len(sample), size=(RESAMPLES, len(sample)))
+    low, high = np.quantile(interquartile_mean(sample[drawn]), (0.025, 0.975))
     return Interval(value, float(low), float(high))
 
 

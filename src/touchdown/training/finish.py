@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass
-from importlib import import_module
 
 import msgspec
 
@@ -27,8 +26,6 @@ from touchdown.policies.named import NamedPolicy
 from touchdown.runs.rows import EpisodeRow, ValidationRow
 from touchdown.runs.run import CURVE, Run, evaluations_of
 
-_OWN_SHARE = 0.4
-"""Share of the test starts that this process flies beside a helper."""
 LAST = "last.json"
 """Paths of the test flights with the final weights."""
 
@@ -120,12 +117,11 @@ def _fly_chosen(
         return evaluations.evaluate_policy(
             chosen, starts, evaluator=evaluator, on_episode=on_episode, observer=observer
         )
-    count = round(_OWN_SHARE * len(starts))
+    count = len(starts) // 2
     rest = starts[count:]
     arguments = {"path": str(run.folder.best), "env_id": run.config.env_id, "starts": [*rest]}
     call = helper.start("touchdown.training.chores:fly", **arguments)
     episodes = evaluator.rollout(chosen.policy, starts[:count], on_episode)
-    import_module("scipy.stats")  # the summary needs it, and it takes as long as many flights
     try:
         episodes += msgspec.convert(helper.result(call, on_episode), list[EpisodeResult])
     except HelperError:
