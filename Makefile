@@ -107,7 +107,7 @@ $(TSC): package.json package-lock.json | $(READY)
 
 # --- C++ ---
 
-cpp = $(shell find csrc benchmarks/xla_engine -name '*.cpp' -o -name '*.hpp')
+cpp = $(shell find csrc benchmarks -name '*.cpp' -o -name '*.hpp')
 
 # CMake cannot use a build folder that was copied or moved here.
 cpp_build := build/cpp

@@ -6,6 +6,7 @@
 
 #include "fused/kernel.hpp"
 #include "fused/transition.hpp"
+#include "simd/flush_denormals.hpp"
 
 namespace touchdown::fused {
 
@@ -37,6 +38,7 @@ std::size_t updates_workspace(const Network& network, int batch_size) {
 
 Metrics run_updates(const Network& network, const Rule& rule, const Learner& learner,
                     const Samples& samples, const Updates& updates, float* workspace) {
+  const simd::FlushDenormals flush;
   Metrics metrics;
   const auto num_noise = static_cast<std::size_t>(network.num_noise);
   std::vector<float> noise(3 * num_noise);

@@ -1,4 +1,5 @@
 import os
+import platform
 import subprocess
 import sys
 from dataclasses import replace
@@ -210,6 +211,26 @@ def test_one_step_of_adam_from_one_transition_can_be_checked_in_the_head():
     assert_allclose(learner.state.target_params, params)
     learner.copy_target()
     assert learner.state.target_params.tolist() == learner.state.online_params.tolist()
+
+
+@pytest.mark.skipif(
+    platform.machine().lower() not in {"x86_64", "amd64", "arm64", "aarch64"},
+    reason="other processors keep their denormal numbers",
+)
+def test_moments_of_weights_without_a_gradient_become_zeros_and_never_denormal():
+    # with denormal numbers, each update would take twice as long
+    shape = NetworkConfig(hidden_sizes=())
+    learner = FusedLearner(FusedNetwork(1, 2, shape), Config(network=shape))
+    smallest = np.finfo(np.float32).tiny
+    learner.state.mu[:] = 1.05 * smallest
+    record = np.zeros(1, transition_dtype(1))
+    record["o_tm1"], record["r_t"] = 1.0, 1.0
+    packed = record.view(np.float32).reshape(1, 1, -1)
+    learner.update(packed, None, np.ones((1, 1), np.float32), 0, measured=False)
+    mu = learner.state.mu
+    assert mu[0] != 0  # of the action taken
+    assert mu[1] == 0  # 0.9 · 1.05 of the smallest normal number
+    assert np.float32(smallest) / np.float32(2) > 0  # here, they are kept
 
 
 def test_a_state_goes_through_tensors_and_learns_on_alike():
