@@ -33,6 +33,7 @@ _DQN = Config(
     network=NetworkConfig(hidden_sizes=(100, 100, 100)),
     exploration=ExplorationConfig(schedule="exponential", epsilon_decay=0.975, epsilon_end=0.05),
     learning=LearningConfig(
+        backend="auto",
         loss="huber",
         reward_scale=0.01,
         max_grad_norm=10.0,
@@ -104,6 +105,7 @@ _PQN = Config(
     network=NetworkConfig(hidden_sizes=(128, 128), layer_norm=True),
     exploration=ExplorationConfig(schedule="linear", epsilon_end=0.02, epsilon_duration=60_000),
     learning=LearningConfig(
+        backend="auto",
         loss="huber",
         reward_scale=0.1,
         max_grad_norm=10.0,
@@ -203,7 +205,7 @@ _NAMED: dict[str, tuple[str, Config]] = {
         "section 9 without re-saves, an update every second of 180,000 env steps; `make land`",
         _with(
             _PILOT,
-            learning={"backend": "auto", "update_period": 2, "learning_rate_duration": 90_000},
+            learning={"update_period": 2, "learning_rate_duration": 90_000},
         ),
     ),
     "tabular-q": (
