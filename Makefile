@@ -9,7 +9,7 @@ UV_VERSION := 0.13.9
 PYTHON ?= python3.13 python3.12 python3.11 python3
 ARGS ?=
 N ?= 1000000
-SEEDS ?= 10
+RESULTS := studies/paper-results.jsonl
 UPGRADE ?= --upgrade
 
 BIN := .venv/bin
@@ -78,9 +78,11 @@ bench: $(BENCH_READY) ## compare the speed of the engine, of training and of upd
 peers: $(BENCH_READY) ## train peers and presets in turns, for hours; resumable
 	@.venv-bench/bin/python benchmarks/peers.py $(ARGS)
 
-paper: $(READY) ## repeat the paper's experiments with SEEDS=10 per level and update docs/results; resumable
-	@$(BIN)/touchdown study run paper --seeds $(SEEDS) $(ARGS)
-	@$(BIN)/touchdown study report paper --out docs/results --force
+paper: $(READY) ## go on with the paper's experiments until all claims are decided: half a day; resumable
+	@$(BIN)/touchdown study import $(RESULTS)
+	@$(BIN)/touchdown study run paper --scale full --until-decided $(ARGS)
+	@$(BIN)/touchdown study report paper --scale full --out docs/results --force
+	@$(BIN)/touchdown study export paper --scale full --out $(RESULTS) --force
 
 lock: $(READY) ## pin the newest packages that fit (UPGRADE= keeps pins that still fit)
 	@$(BIN)/uv pip compile --quiet --universal --fork-strategy fewest --python-version 3.11 \
