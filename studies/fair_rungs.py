@@ -1,4 +1,4 @@
-"""Tune every rung with the same budget, and write the study that compares them.
+"""Tune the rungs from `online-q` on with the same budget, and write the study that compares them.
 
     python studies/fair_rungs.py tune          # searches; the same command goes on where it stopped
     python studies/fair_rungs.py write         # studies/fair-rungs.toml, from studies/tuned/
@@ -30,7 +30,7 @@ SEEDS, FIRST_SEED = 10, 10
 
 
 def rungs() -> list[str]:
-    """The rungs with a space, in the order of their names, the base first."""
+    """The rungs with a space, sorted by name, with the base first."""
     return sorted((path.stem for path in SPACES.glob("*.toml")), key=lambda of: of != "vector-dqn")
 
 

@@ -54,6 +54,14 @@ def test_a_file_has_ranges_and_choices(tmp_path):
     assert drawn["learning.target_period"] == 50
 
 
+def test_values_that_fit_only_together_may_be_in_any_order(tmp_path):
+    text = (
+        "[exploration]\nepsilon_start = 0.01\nepsilon_end = 0.001\n[learning]\ngamma = [0.9, 0.99]"
+    )
+    base, _ = read(text, tmp_path)
+    assert (base.exploration.epsilon_start, base.exploration.epsilon_end) == (0.01, 0.001)
+
+
 def test_another_space_is_another_search(tmp_path):
     one, other = (read(GOOD.replace("32", number), tmp_path)[1] for number in ("32", "16"))
     assert digest_of(one) != digest_of(other)
@@ -69,13 +77,15 @@ def test_another_space_is_another_search(tmp_path):
         ("[learning]\ngama = [0.9, 0.99]", "unknown field 'gama'; did you mean gamma?"),
         ("[learning]\ngamma = 1.5", "gamma = 1.5: must be"),
         ("[learning]\ngamma = 0.9", "has no settings to search"),
-        ("[learning]\ngamma = [0.9]", "gamma = [0.9]: must have at least 2 values"),
+        ("[learning]\ngamma = [0.9]", "gamma = [0.9]: must have at least 2 different values"),
         ("[learning]\ngamma = [0.9, 1.5]", "gamma = 1.5: must be"),
         ("[learning]\ngamma = {low = 0.9}", "high"),
         ("[learning]\ngamma = {low = 0.9, high = 0.5}", "high = 0.5: must be above low = 0.9"),
         ("[learning]\ngamma = {low = 0, high = 0.5, log = true}", "low = 0: must be above 0"),
         ("[learning]\ngamma = {low = 0.1, high = 0.5, step = 1}", "step"),
         ("[learning]\nbatch_size = {low = 1.5, high = 9}", "low and high must be whole numbers"),
+        ("[learning]\nbatch_size = [32, 32]", "must have at least 2 different values"),
+        ("[learning]\nbatch_size = {low = 2, high = 9, from_one = true}", "from_one = true"),
         ("format_version = 2", "format_version = 2: must be 1"),
     ],
 )

@@ -48,7 +48,7 @@ class StudyRun:
         bool,
         arg(
             help="Run from one of the study's looks to the next, with more seeds only where a "
-            "claim is still open, until each claim is decided or hopeless."
+            "claim is still open, until each claim is decided or given up."
         ),
     ] = False
     dry_run: Annotated[

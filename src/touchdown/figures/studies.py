@@ -18,8 +18,8 @@ from touchdown.stats.summary import Interval
 
 COLOURS = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, style.RED)
 _SEED: dict[str, Any] = {"s": 14, "alpha": 0.45, "linewidths": 0, "zorder": 2}
-_FACTORS = 4.0  # the same, for positions that are more even on a logarithmic axis
 _WIDE = 30.0  # ratio of the largest to the smallest position from which an axis is logarithmic
+_FACTORS = 4.0  # the same, for positions that are more even on a logarithmic axis
 LANDER_RETURNS = (-300.0, 320.0)
 """What a figure of the lander's returns shows: wider intervals, and seeds that diverged, would
 squeeze the rest."""
@@ -271,7 +271,7 @@ def finish(
         limit(-0.02, min(1.05, 1.1 * max(0.1, most)))
         return ax
     if shown is not None:
-        least, most = max(shown[0], least), min(shown[1], most)
+        least, most = np.clip((least, most), *shown)  # also if all seeds are beyond them
     room = max(0.05 * (most - least), 0.02 * abs(most), 1e-3)
     limit(least - room, most + room)
     return ax

@@ -49,7 +49,7 @@ def alike_section(
             (
                 str(each.seed),
                 f"{each.to_pid:.2f}",
-                f"{np.mean([*each.to_other_seeds.values()]):.2f}" if each.to_other_seeds else "–",
+                f"{each.to_another:.2f}" if each.to_other_seeds else "–",
                 f"{each.to_random:.2f}",
             )
             for each in distances.of
@@ -89,9 +89,7 @@ def alike_table(distances: AgentDistances, controls: Controls) -> pl.DataFrame:
             "seed": each.seed,
             "to_pid": each.to_pid,
             "to_random": each.to_random,
-            "to_other_seeds": float(np.mean([*each.to_other_seeds.values()]))
-            if each.to_other_seeds
-            else None,
+            "to_other_seeds": each.to_another if each.to_other_seeds else None,
         }
         for each in distances.of
     ]

@@ -10,7 +10,7 @@ from touchdown.report import pictures, tables
 from touchdown.report.page import Film, Picture, Section
 from touchdown.runs.folder import RunFolder
 from touchdown.studies.claims import Decision
-from touchdown.studies.metrics import METRICS, is_share
+from touchdown.studies.metrics import METRICS, is_return
 from touchdown.studies.results import StudyResults
 
 STEPS = 3
@@ -96,9 +96,8 @@ class Builder:
         """Pictures of the levels of one factor over training."""
         over = self.figures / f"{name}-over-training"
         by_words = all(level.position is None for level in results.study.factors[0].levels)
-        if is_share(metric):
-            shares = "hovering"
-            return pictures.save_all_curves(title, results, shares, over) if by_words else []
+        if metric.startswith("hover"):
+            return pictures.save_all_curves(title, results, "hovering", over) if by_words else []
         if by_words:
             shown = pictures.save_all_curves(title, results, "validations", over)
         else:
@@ -106,7 +105,9 @@ class Builder:
         return shown + pictures.save_reached(title, results, self.figures / f"{name}-reached")
 
     def _film_of_best(self, results: StudyResults, name: str, metric: str) -> tuple[Film, ...]:
-        """The median flight of the run with the highest value of the section's metric."""
+        """The median flight of the run with the highest value, where more is better."""
+        if not is_return(metric) and metric != "share_solved":
+            return ()
         best = max(results.runs, key=lambda run: getattr(run, metric))
         who = f"{' · '.join(best.labels)}, seed {best.seed}"
         return self.film(best.folder, name, who, METRICS[metric])

@@ -14,7 +14,7 @@ from touchdown.figures import studies as figures
 from touchdown.figures.studies import Point, Row
 from touchdown.lander import rules
 from touchdown.report.page import Picture
-from touchdown.studies.metrics import METRICS, is_share
+from touchdown.studies.metrics import METRICS, is_return, is_share
 from touchdown.studies.plan import Cell, Level
 from touchdown.studies.results import StudyResults
 
@@ -51,7 +51,7 @@ def save_picture(
         )
         points = [point for of_line in series.values() for point in of_line]
         groups = [point.values for point in points]
-        shown = _lander_or_all(results, figures.LANDER_RETURNS)
+        shown = _lander_or_all(results, figures.LANDER_RETURNS) if is_return(metric) else None
         figures.finish(ax, METRICS[metric], groups, "y", shares=shares, shown=shown)
         figures.mark_beyond(ax, [point.position for point in points], groups, "y")
         _save(figure, stem)
@@ -61,7 +61,7 @@ def save_picture(
             for cell in study.cells()
             if results.of(cell.labels)
         ]
-        shown = _lander_or_all(results, figures.LANDER_RETURNS)
+        shown = _lander_or_all(results, figures.LANDER_RETURNS) if is_return(metric) else None
         save_rows(found, METRICS[metric], stem, lines, shares=shares, shown=shown)
     seeds = sorted({len(results.of(cell.labels)) for cell in study.cells()} - {0})
     count = " to ".join(map(str, seeds[:1] + seeds[1:][-1:]))

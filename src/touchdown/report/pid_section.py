@@ -13,22 +13,9 @@ from touchdown.report.page import Picture, Section, Table
 from touchdown.runs.folder import RunFolder
 from touchdown.stats.seeds import summarise_seeds
 from touchdown.studies.claims import Decision
-from touchdown.studies.findings import Values
 from touchdown.studies.paper import Topic
 from touchdown.studies.results import PidResult
 from touchdown.studies.tuners import TUNERS, Tuning
-
-
-def values_of(tuned: Sequence[PidResult]) -> Values:
-    """Mean test returns of a tuner's gains, one per tuning seed, for claims."""
-
-    def values(name: str, metric: str) -> FloatArray:
-        del metric
-        return np.array(
-            [each.test.summary.mean_return for each in tuned if each.job.tuning.tuner == name]
-        )
-
-    return values
 
 
 def pid_section(
@@ -47,9 +34,8 @@ def pid_section(
         tuned: tested tunings, at least one.
         decisions: decisions on the topic's claims.
     """
-    values = values_of(tuned)
     stem = builder.figures / topic.name
-    rows = [Row(name, values(name, ""), name == "twiddle") for name in TUNERS]
+    rows = [Row(name, _returns_of(tuned, name), name == "twiddle") for name in TUNERS]
     pictures.save_rows(rows, "test return of the gains", stem)
     best = max(tuned, key=lambda each: each.trained_return)
     tuning = best.job.tuning
@@ -75,6 +61,12 @@ def pid_section(
         ),
         tables=(_tuner_table(tuned, tuning),),
     )
+
+
+def _returns_of(tuned: Sequence[PidResult], tuner: str) -> FloatArray:
+    """Mean test returns of a tuner's gains, one per tuning seed, [n]."""
+    found = [each.test.summary.mean_return for each in tuned if each.job.tuning.tuner == tuner]
+    return np.array(found, float)
 
 
 def _tuner_table(tuned: Sequence[PidResult], tuning: Tuning) -> Table:

@@ -29,9 +29,14 @@ class SeedDistances:
     """By the other seed."""
 
     @property
+    def to_another(self) -> float:
+        """The mean distance to another seed of the same agent; NaN without one."""
+        return float(np.mean([*self.to_other_seeds.values()])) if self.to_other_seeds else math.nan
+
+    @property
     def ratio(self) -> float:
         """The distance to the PID divided by that to another seed of the same agent."""
-        return self.to_pid / float(np.mean([*self.to_other_seeds.values()]))
+        return self.to_pid / self.to_another
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,11 +81,7 @@ class AgentDistances:
         kinds = {
             "to the PID": [each.to_pid for each in self.of],
             "to random": [each.to_random for each in self.of],
-            "to another seed": [
-                float(np.mean([*each.to_other_seeds.values()]))
-                for each in self.of
-                if each.to_other_seeds
-            ],
+            "to another seed": [each.to_another for each in self.of if each.to_other_seeds],
             # no ratio if all flights of the seeds are equal
             "to the PID, over to another seed": [
                 each.ratio for each in self.of if any(each.to_other_seeds.values())
@@ -95,10 +96,10 @@ def distance(one: FlightPath, other: FlightPath) -> float:
     The mean is over the steps of the longer flight; after the shorter one ends, its lander stays at
     the last position.
     """
-    a, b = (path * _METRES for path in (one, other))
-    steps = max(len(a), len(b))
-    a, b = (np.pad(each, ((0, steps - len(each)), (0, 0)), mode="edge") for each in (a, b))
-    return float(np.hypot(*(a - b).T).mean())
+    short, long = sorted((one * _METRES, other * _METRES), key=len)
+    both = np.hypot(*(long[: len(short)] - short).T).sum()
+    rest = np.hypot(*(long[len(short) :] - short[-1]).T).sum()
+    return float(both + rest) / len(long)
 
 
 def compare_paths(
@@ -158,7 +159,7 @@ def controls(results: StudyResults, agent: str, store: Store) -> Controls:
 
     Args:
         results: results of a study of agents.
-        agent: the name of the cell that needs no control.
+        agent: the cell that the controls are compared with; left out.
         store: the store with the baselines' paths.
 
     Raises:

@@ -133,7 +133,7 @@ def estimate(
         on_done: called with the share of kinds whose speed is known.
         baselines: all baselines, done or not.
     """
-    missing = [job for job in runs if not job.has_results(store.runs)]
+    missing = store.without_results(runs)
     searches = [job.tuning for job in tunings if not job.has_results(store.runs)]
     paces = _known_paces([job for job in runs if job.has_results(store.runs)], store)
     unknown = {kind: job.config for job in missing if (kind := kind_of(job.config)) not in paces}

@@ -21,7 +21,7 @@ Verdict = Literal[
     "undecided",
     "preview",
 ]
-"""What becomes of a claim; `preview` if its runs are not those that decide it."""
+"""What becomes of a claim; `preview`: evidence from runs that decide no claim."""
 VERDICTS: dict[int, Verdict] = {
     HOLDS: "holds",
     EXCEEDS: "reached and exceeded",

@@ -26,6 +26,11 @@ class Job(Protocol):
         """Identifier of the job and name of its folder."""
         ...
 
+    @property
+    def needs_flights(self) -> bool:
+        """Whether it is not done without its recorded flights, if it has results from elsewhere."""
+        ...
+
     def has_results(self, store: Path) -> bool:
         """Whether its folder has its results; recorded flights may still be missing."""
         ...

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from touchdown.core.errors import UserError
 from touchdown.stats import compare, curves
 from touchdown.stats.compare import Comparison
 from touchdown.stats.curves import Reached
@@ -44,15 +45,21 @@ class LevelSummary:
 
 
 def summarise_levels(results: StudyResults, metric: str) -> list[LevelSummary]:
-    """Every cell with a finished run, in the study's order.
+    """Every cell with a finished run that has the number, in the study's order.
 
     Args:
         results: results of a study.
         metric: the metric to summarise and compare, one of `METRICS`.
+
+    Raises:
+        UserError: none of the finished runs has this number.
     """
     base = results.study.base_cell()
-    cells = [cell for cell in results.study.cells() if results.of(cell.labels)]
-    values = {cell.labels: results.values(cell.labels, metric) for cell in cells}
+    every = {cell.labels: results.values(cell.labels, metric) for cell in results.study.cells()}
+    values = {labels: of_cell for labels, of_cell in every.items() if len(of_cell)}
+    if not values:
+        raise UserError(f"metric = {metric!r}: none of the finished runs has it; choose another")
+    cells = [cell for cell in results.study.cells() if cell.labels in values]
     of_base = values.get(base.labels, np.empty(0))
     known = {
         labels: compare.compare(of_base, of_cell)

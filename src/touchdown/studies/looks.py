@@ -60,10 +60,11 @@ def decide_in_looks(
 ) -> list[LookDecision]:
     """Decide each claim at the first look at which it can be.
 
-    A look uses the seeds that were planned for it, however many others there are, and waits until
-    all of them have finished, so that the verdicts do not depend on when somebody looked. The
-    claims that are still open share the level of a look (Holm, 1979), also those that wait for
-    their seeds; the looks share 5% (`stats.spending`).
+    A look uses the seeds that were planned for it, however many others there are, and a claim waits
+    until all of its own have finished. Holm's correction (1979) is over all claims that are still
+    open, also those that wait; until none does, verdicts are provisional: they keep the error
+    rate, but more of them may be decided later, or decided more closely. The looks share 5%
+    (`stats.spending`).
 
     Args:
         asked: the claims that share the 5%, with their numbers.
@@ -84,12 +85,14 @@ def decide_in_looks(
             for i in is_open
             if seeds[i] >= look
         }
+        waiting = len(is_open) - len(findings)
         p_raw = [1.0 if (f := findings.get(i)) is None else f.p_value for i in is_open]
         for i, p in zip(is_open, compare.holm(p_raw), strict=True):
             finding = findings.get(i)
             if finding is None:
                 continue
             where = f"look {number} of {len(looks)}, {look} seeds, level {p_text(level)}"
+            where += f"; provisional, {waiting} claims wait for their seeds" if waiting else ""
             decided = _decided(asked[i], finding, p, level, where)
             if decided is not None:
                 found[i] = LookDecision(decided, None)
@@ -193,7 +196,7 @@ def _groups(question: Question, seeds: int) -> list[FloatArray]:
 
 
 def _waiting(question: Question, seeds: int, first: int) -> LookDecision:
-    text = f"{seeds} finished seeds of each level; the first look is at {first}"
+    text = f"{seeds} of {first} seeds of each level have this number; the first look is at {first}"
     claim, metric = question.claim, question.metric
     return LookDecision(
         Decision(claim, metric, "undecided", text, 1.0, 1.0, seeds, first - seeds), first

@@ -270,9 +270,8 @@ class Study:
         return cast(Config, config)
 
 
-@lru_cache(
-    maxsize=1 << 16
-)  # several studies of one page ask for the same thousands, a millisecond each
+# several studies of one page ask for the same thousands, which take a millisecond each
+@lru_cache(maxsize=1 << 16)
 def _with_seed(config: Config, seed: int) -> tuple[Config, str]:
     """The config with a seed, and its digest."""
     seeded = replace(config, seed=seed)

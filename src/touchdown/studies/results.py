@@ -24,7 +24,7 @@ from touchdown.runs.run import Run
 from touchdown.stats import curves
 from touchdown.stats.summary import Summary
 from touchdown.studies import run_lines, value_error
-from touchdown.studies.metrics import METRICS
+from touchdown.studies.metrics import METRICS, TEST_METRICS
 from touchdown.studies.plan import BETWEEN_LABELS, PlannedRun, Study
 from touchdown.studies.run_lines import Curve, Origin, RunLine, TrainingParts
 from touchdown.studies.store import Store
@@ -119,6 +119,7 @@ class RunResult:
 
 _NUMBERS = tuple(each.name for each in dataclasses.fields(RunResult) if each.type is float)
 _TIMES = ("env_steps_to_solved", "seconds_to_solved")  # ∞ if they are unknown
+_MAY_BE_UNKNOWN = (*_TIMES, *TEST_METRICS, "landed", "rewarded_share")
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,11 +141,14 @@ class StudyResults:
     def values(self, labels: tuple[str, ...], metric: str = "best_return") -> FloatArray:
         """One number per finished seed of a cell, [n], in the order of the seeds.
 
+        Runs that do not have the number are left out.
+
         Args:
             labels: the cell's labels.
             metric: one of `METRICS`.
         """
-        return np.array([getattr(run, metric) for run in self.of(labels)], float)
+        found = np.array([getattr(run, metric) for run in self.of(labels)], float)
+        return found[~np.isnan(found)]
 
     def named(self, cell: str, metric: str) -> FloatArray:
         """One number per finished seed of a cell, [n], for claims.
@@ -338,6 +342,9 @@ def check_line(line: RunLine) -> None:
     missing = next((name for name in _NUMBERS if name not in line.numbers), None)
     if missing is not None:
         raise UserError(f"run {line.run}: numbers: {missing!r} is missing")
+    for name in _NUMBERS:
+        if line.numbers[name] is None and name not in _MAY_BE_UNKNOWN:
+            raise UserError(f"run {line.run}: numbers: {name} = None: must be a number")
 
 
 def _of_line(line: RunLine, path: Path, planned: PlannedRun) -> RunResult:

@@ -6,6 +6,7 @@ A line has the numbers that claims, tables and figures need; not the flights.
 import math
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -45,10 +46,15 @@ class TrainingParts(Struct, frozen=True, kw_only=True):
     """Mean number of steps."""
 
 
-class _Header(Struct, frozen=True):
+_OF_PARTS = ("hovering", "returns", "steps")
+
+
+class _Header(Struct, frozen=True, forbid_unknown_fields=True):
     """The first line."""
 
-    format_version: Literal[1] = FORMAT_VERSION
+    format_version: Literal[1]
+    runs: Count
+    """Number of the other lines."""
 
 
 class RunLine(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -76,8 +82,9 @@ def write(path: Path, lines: Iterable[RunLine]) -> None:
         UserError: it cannot be written.
     """
     with files.refusing(str(path)):
-        text = b"".join(files.to_json_line(line) for line in (_Header(), *lines))
-        files.write_atomic(path, text)
+        rows = [files.to_json_line(line) for line in lines]
+        header = files.to_json_line(_Header(FORMAT_VERSION, len(rows)))
+        files.write_atomic(path, header + b"".join(rows))
 
 
 def read(path: Path) -> Mapping[str, RunLine]:
@@ -97,10 +104,28 @@ def read(path: Path) -> Mapping[str, RunLine]:
 def _read(path: Path, _changed: int, _size: int) -> Mapping[str, RunLine]:
     data = reading.read_bytes(path, limits.RECORD_BYTES)
     first, _, rest = data.partition(b"\n")
-    records.decode(first, _Header, f"{path}: line 1")
-    if rest and not rest.endswith(b"\n"):
-        raise UserError(f"{path}: truncated: its last line has no end")
-    return {line.run: line for line in records.decode_lines(rest, RunLine, path, 2)}
+    header = records.decode(first, _Header, f"{path}: line 1")
+    lines = records.decode_lines(rest[: rest.rfind(b"\n") + 1], RunLine, path, 2)
+    if len(lines) != header.runs:
+        raise UserError(f"{path}: has {len(lines)} of {header.runs} runs; it is truncated")
+    for number, line in enumerate(lines, start=2):
+        said = _curve_error(line)
+        if said:
+            raise UserError(f"{path}: line {number}: {said}")
+    return {line.run: line for line in lines}
+
+
+def _curve_error(line: RunLine) -> str | None:
+    """What is wrong with the curves of a line; None if nothing is."""
+    parts = line.parts
+    for name, curve in (
+        ("validations", line.validations),
+        *((f"parts.{of}", (parts.ends, getattr(parts, of))) for of in _OF_PARTS),
+    ):
+        at, values = curve
+        if not at or len(at) != len(values) or any(b < a for a, b in pairwise(at)):
+            return f"{name}: must be as many numbers as steps, at least 1, and steps in order"
+    return None
 
 
 def as_numbers(values: Mapping[str, float]) -> dict[str, float | None]:

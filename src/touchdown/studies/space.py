@@ -137,6 +137,7 @@ def read_space(path: Path, base: Config) -> tuple[Config, Space]:
             "in this version of touchdown"
         )
     known = flat(base)
+    fixed: dict[str, dict[str, Any]] = {}
     space: dict[str, Range | Choice] = {}
     for section, entries in values.items():
         of_section = {name for name in known if name.startswith(f"{section}.")}
@@ -150,11 +151,12 @@ def read_space(path: Path, base: Config) -> tuple[Config, Space]:
             if name not in known:
                 toml.replace_fields(base, {section: {given: None}}, str(path))
             if not isinstance(entry, list | dict):
-                base = toml.replace_fields(base, {section: {given: entry}}, str(path))
+                fixed.setdefault(section, {})[given] = entry
                 continue
             space[name] = _entry(cast("list[Any] | dict[str, Any]", entry), known[name], where)
     if not space:
         raise UserError(f"{path}: has no settings to search, must have at least 1")
+    base = toml.replace_fields(base, fixed, str(path))  # at once: some fit only together
     for name, searched in space.items():
         for value in searched.ends:
             toml.replace_fields(base, nested({name: value}), str(path))
@@ -170,9 +172,10 @@ def _entry(entry: list[Any] | dict[str, Any], current: object, where: str) -> Ra
         where: file, section and setting, for errors.
     """
     if isinstance(entry, list):
-        if len(entry) < 2:
-            raise UserError(f"{where} = {entry!r}: must have at least 2 values")
-        return Choice(tuple(map(_hashable, entry)))
+        choices = dict.fromkeys(map(_hashable, entry))
+        if len(choices) < 2:
+            raise UserError(f"{where} = {entry!r}: must have at least 2 different values")
+        return Choice(tuple(choices))
     table = records.convert(entry, _RangeTable, where)
     if not table.low < table.high:
         raise UserError(f"{where}: high = {table.high:g}: must be above low = {table.low:g}")
@@ -181,6 +184,8 @@ def _entry(entry: list[Any] | dict[str, Any], current: object, where: str) -> Ra
     is_whole = isinstance(current, int) and not isinstance(current, bool)
     if is_whole and not (table.low.is_integer() and table.high.is_integer()):
         raise UserError(f"{where}: low and high must be whole numbers")
+    if is_whole and table.from_one:
+        raise UserError(f"{where}: from_one = true: must be left out for whole numbers")
     return Range(table.low, table.high, table.log, is_whole, table.from_one)
 
 

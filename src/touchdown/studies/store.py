@@ -75,7 +75,8 @@ class Store:
 
     def _not_imported(self, jobs: Sequence[SomeJob]) -> list[SomeJob]:
         imported = self.imported
-        return list({job.digest: job for job in jobs if job.digest not in imported}.values())
+        asked = {job.digest: job for job in jobs if job.needs_flights or job.digest not in imported}
+        return list(asked.values())
 
     def unrecorded(self, jobs: Sequence[SomeJob]) -> list[SomeJob]:
         """The jobs that have results, but lack some recorded flights."""

@@ -75,7 +75,8 @@ def record(run: Run, policy: Policy, should_stop: Callable[[], bool]) -> None:
             episodes.append(_Episode(start, float(expected) / scale, got))
             if should_stop():
                 raise Interrupted
-    files.write_atomic(path, files.to_json(_Values(gamma, episodes)), follow=False)
+    with files.refusing(str(path)):
+        files.write_atomic(path, files.to_json(_Values(gamma, episodes)), follow=False)
 
 
 def read_overestimation(folder: Path) -> float:

@@ -42,6 +42,8 @@ class TrainJob:
     """A training run with its test, recorded flights and learning curve."""
 
     config: Config
+    needs_flights: bool = False
+    """Whether its flights are needed, which the results of a run elsewhere do not have."""
 
     @property
     def digest(self) -> str:
@@ -129,6 +131,11 @@ class PidJob:
     tuning: Tuning
 
     @property
+    def needs_flights(self) -> bool:
+        """No: results of such jobs are never from elsewhere."""
+        return False
+
+    @property
     def digest(self) -> str:
         """`pid-` and 12 hex digits of everything that determines the gains."""
         return f"pid-{_digest_of(self.tuning.to_dict())}"
@@ -175,6 +182,11 @@ class BaselineJob:
     """Test flights of an untrained policy, as a baseline."""
 
     name: Literal["pid", "random", "heuristic"]
+
+    @property
+    def needs_flights(self) -> bool:
+        """No: results of such jobs are never from elsewhere."""
+        return False
 
     @property
     def digest(self) -> str:

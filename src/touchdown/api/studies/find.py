@@ -75,13 +75,18 @@ class StudySelection:
         # first the tunings, which are short
         for name, topic in sorted(paper.topics(self.scale).items(), key=lambda of: of[0] != "pid"):
             if self.name in (PAPER, name):
-                found[name if topic.study is None else topic.study.name] = so_far.next_jobs(topic)
+                study = None if name == "alike" else topic.study
+                found[name if study is None else study.name] = so_far.next_jobs(topic)
         return list(found.items())
 
     def jobs_until_decided(self, store: Store) -> list[Job]:
         """All jobs of `groups_until_decided`, without duplicates."""
         every = [job for _, jobs in self.groups_until_decided(store) for job in jobs]
-        return list({job.digest: job for job in every}.values())
+        unique: dict[str, Job] = {}
+        for job in every:
+            if job.digest not in unique or job.needs_flights:
+                unique[job.digest] = job
+        return list(unique.values())
 
     @property
     def groups(self) -> list[tuple[str, Sequence[Job]]]:

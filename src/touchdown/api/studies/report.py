@@ -1,6 +1,7 @@
 """Writes the page of a study from the records of its runs."""
 
 import shlex
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -62,6 +63,10 @@ def study_report(
         selection = _only_started(store, scale, seeds)
     else:
         selection = find_started(store, study, scale, seeds)
+    if selection.has_looks:
+        if seeds is not None:
+            raise UserError(f"seeds = {seeds}: must be left out; the looks say how many")
+        selection = replace(selection, seeds=None)
     runs = [*selection.pid_jobs, *selection.train_jobs]
     if len(store.without_results(runs)) == len(runs):
         raise UserError(

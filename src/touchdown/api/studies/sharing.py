@@ -50,8 +50,13 @@ def export_results(
         UserError: there is no such folder or study, none of its runs is done, the file exists
             already, or it cannot be written.
     """
+    file = Path(path)
+    files.check_file(file, "out")
+    files.check_new(file, force=force)
     store = stores.open_store(Path(results_dir))
     selection = find_started(store, study, scale, None)
+    if not selection.studies:
+        raise UserError(f"study {selection.name!r}: has no training runs to export")
     lines: dict[str, RunLine] = {}
     for each, seeds in selection.studies:
         most = max((seeds, *each.looks))
@@ -62,8 +67,6 @@ def export_results(
             f"study {selection.name!r}: none of its runs is done; "
             f"start it with: {selection.command(store)}"
         )
-    file = Path(path)
-    files.check_new(file, force=force)
     run_lines.write(file, lines.values())
     return len(lines)
 

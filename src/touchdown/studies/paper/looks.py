@@ -31,20 +31,22 @@ class PaperResults:
     """Between flights of the best agent; None without recorded paths."""
     decisions: Mapping[str, Sequence[Decision]]
     """By the topic's name."""
-    wanted: Mapping[str, Mapping[str, int]]
+    seeds_needed: Mapping[str, Mapping[str, int]]
     """Seeds that each cell should have now, by the study's name; `pid` has those of each tuner.
     Empty for a preview."""
 
     def next_jobs(self, topic: Topic) -> list[Job]:
         """The jobs that a topic's open claims need now, done or not, by seed."""
-        if topic.study is not None:
-            planned = looks.planned_until(topic.study, self.wanted[topic.study.name])
-            return [TrainJob(run.config) for run in planned]
-        return list(_pid_jobs(self.scale, self.wanted[topic.name]))
+        if topic.study is None:
+            return list(_pid_jobs(self.scale, self.seeds_needed[topic.name]))
+        planned = looks.planned_until(topic.study, self.seeds_needed[topic.study.name])
+        if topic.name == "alike":
+            return [TrainJob(r.config, needs_flights=True) for r in planned if r.cell.name == BEST]
+        return [TrainJob(run.config) for run in planned]
 
 
 def preview_paper(
-    scale: Scale, seeds: int | None, store: Store, wanted: Sequence[Topic]
+    scale: Scale, seeds: int | None, store: Store, chosen: Sequence[Topic]
 ) -> PaperResults:
     """Read topics of a scale without looks; their claims have evidence, but no verdict.
 
@@ -52,12 +54,12 @@ def preview_paper(
         scale: the scale.
         seeds: training seeds per cell; None uses the studies' own numbers.
         store: store of the runs.
-        wanted: the topics.
+        chosen: the topics.
 
     Raises:
         UserError: a finished run's files are broken.
     """
-    studies = {topic.study.name: topic.study for topic in wanted if topic.study}
+    studies = {topic.study.name: topic.study for topic in chosen if topic.study}
     results = {
         name: read_study(study, seeds or study.seeds, store) for name, study in studies.items()
     }
@@ -66,7 +68,7 @@ def preview_paper(
     if "ladder" in results:
         distances = alike.agent_distances(results["ladder"], (BEST,), store)
     decisions: dict[str, list[Decision]] = {}
-    for topic in wanted:
+    for topic in chosen:
         values = _values_of(topic, results, tuned, distances, FIRST_SEED[scale])
         decisions[topic.name] = claims.preview(topic.claims, _of_all(values), topic.metric)
     return PaperResults(scale, results, tuned, distances, decisions, {})
@@ -88,8 +90,8 @@ def read_paper(scale: Scale, store: Store) -> PaperResults:
     """
     first, *others = LOOKS[scale]
     found = _read_until(scale, store, first)
-    for most in others:  # of which most seeds are never planned, so that reading all takes long
-        if max(seeds for cells in found.wanted.values() for seeds in cells.values()) < most:
+    for most in others:  # most later seeds are never run; looking for all of them would be slow
+        if max(seeds for cells in found.seeds_needed.values() for seeds in cells.values()) < most:
             break
         found = _read_until(scale, store, most)
     return found
@@ -111,10 +113,10 @@ def _read_until(scale: Scale, store: Store, most: int) -> PaperResults:
         name: [each for (topic, _), each in zip(asked, decided, strict=True) if topic == name]
         for name in of
     }
-    wanted = _wanted(scale, of, decisions)
-    results = {name: looks.with_missing(each, wanted[name]) for name, each in results.items()}
+    needed = _seeds_needed(scale, of, decisions)
+    results = {name: looks.with_missing(each, needed[name]) for name, each in results.items()}
     verdicts = {name: [each.decision for each in found] for name, found in decisions.items()}
-    return PaperResults(scale, results, tuned, distances, verdicts, wanted)
+    return PaperResults(scale, results, tuned, distances, verdicts, needed)
 
 
 def _values_of(
@@ -148,11 +150,11 @@ def _values_of(
     return results[topic.study.name].named_until
 
 
-def _wanted(
+def _seeds_needed(
     scale: Scale, of: Mapping[str, Topic], decisions: Mapping[str, Sequence[LookDecision]]
 ) -> dict[str, dict[str, int]]:
     """Seeds of each cell by study; several topics may ask about one."""
-    wanted: dict[str, dict[str, int]] = {}
+    needed: dict[str, dict[str, int]] = {}
     for topic in of.values():
         found = decisions[topic.name]
         if topic.name == "alike":
@@ -164,12 +166,11 @@ def _wanted(
             new = dict.fromkeys((job.tuning.tuner for job in pid_jobs(scale)), LADDER_SEEDS[scale])
             for each in found:
                 for cell in each.decision.claim.test.cells:
-                    needed = each.next_seeds or LOOKS[scale][0]
-                    new[cell] = max(new[cell], needed)
+                    new[cell] = max(new[cell], each.next_seeds or LOOKS[scale][0])
         name = topic.name if topic.study is None else topic.study.name
-        before = wanted.setdefault(name, {})
+        before = needed.setdefault(name, {})
         before |= {cell: max(seeds, before.get(cell, 0)) for cell, seeds in new.items()}
-    return wanted
+    return needed
 
 
 def _pid_jobs(scale: Scale, wanted: Mapping[str, int]) -> list[PidJob]:
