@@ -82,6 +82,9 @@ def test_runs_that_are_here_already_stay(made, tmp_path):
     assert (here / "imported.jsonl").read_bytes() == before
 
 
+PARTS = {"ends": [1.0], "hovering": [0.0], "returns": [0.0], "steps": [1.0]}
+
+
 def altered(text, **fields):
     first, second, *rest = text.splitlines()
     line = json.loads(second) | fields
@@ -101,6 +104,11 @@ def altered(text, **fields):
         ),
         (lambda text: altered(text, env_steps=-1), "line 2: env_steps"),
         (lambda text: altered(text, speed=3), "line 2"),
+        (lambda text: altered(text, validations=[[], []]), "line 2: validations: must be as many"),
+        (lambda text: altered(text, validations=[[2, 1], [0, 0]]), "line 2: validations: must"),
+        (lambda text: altered(text, parts=PARTS | {"steps": []}), "line 2: parts.steps: must be"),
+        (lambda text: text.partition("\n")[2], "line 1"),
+        (lambda text: text.rpartition('{"run"')[0], "has 2 of 3 runs; it is truncated"),
     ],
 )
 def test_a_damaged_file_is_refused_and_changes_nothing(change, said, made, tmp_path, capsys):
@@ -123,6 +131,11 @@ def test_a_line_without_a_number_is_refused(made, tmp_path):
     studies.export_results(str(file), out, results_dir=there.path)
     out.write_text(altered(out.read_text(), numbers={"best_return": 1.0}))
     with pytest.raises(UserError, match="numbers: 'last_return' is missing"):
+        studies.import_results(out, results_dir=tmp_path / "here")
+    studies.export_results(str(file), out, force=True, results_dir=there.path)
+    numbers = json.loads(out.read_text().splitlines()[1])["numbers"] | {"area": None}
+    out.write_text(altered(out.read_text(), numbers=numbers))
+    with pytest.raises(UserError, match="numbers: area = None: must be a number"):
         studies.import_results(out, results_dir=tmp_path / "here")
 
 

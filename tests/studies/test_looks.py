@@ -70,7 +70,17 @@ def test_a_claim_waits_for_its_first_look():
     values = numbers(a=around(0, 9, 0), b=around(0, 12, 1))
     (found,) = decided([A_OVER_B], values)
     assert found.next_seeds == 10
-    assert found.decision.evidence.startswith("9 finished seeds of each level; the first look is")
+    assert found.decision.evidence.startswith("9 of 10 seeds of each level have this number")
+
+
+def test_a_verdict_is_provisional_until_no_claim_waits():
+    cells = {"a": around(100, 20, 0), "b": around(0, 20, 1), "c": around(0, 9, 2)}
+    found, waits = decided([A_OVER_B, A_OVER_C], numbers(**cells))
+    assert "; provisional while other claims wait for their seeds" in found.decision.evidence
+    assert waits.next_seeds == 10
+    cells["c"] = around(0, 20, 2)
+    found, other = decided([A_OVER_B, A_OVER_C], numbers(**cells))
+    assert "provisional" not in found.decision.evidence + other.decision.evidence
 
 
 def test_a_hopeless_claim_gets_no_more_seeds(monkeypatch):

@@ -10,7 +10,7 @@ from touchdown.report import pictures, tables
 from touchdown.report.page import Film, Picture, Section
 from touchdown.runs.folder import RunFolder
 from touchdown.studies.claims import Decision
-from touchdown.studies.metrics import METRICS, is_return
+from touchdown.studies.metrics import METRICS
 from touchdown.studies.results import StudyResults
 
 STEPS = 3
@@ -105,8 +105,8 @@ class Builder:
         return shown + pictures.save_reached(title, results, self.figures / f"{name}-reached")
 
     def _film_of_best(self, results: StudyResults, name: str, metric: str) -> tuple[Film, ...]:
-        """The median flight of the run with the highest value, where more is better."""
-        if not is_return(metric) and metric != "share_solved":
+        """The median flight of the run with the highest value, if its flight could show why."""
+        if metric in ("overestimation", "rewarded_share"):
             return ()
         best = max(results.runs, key=lambda run: getattr(run, metric))
         who = f"{' · '.join(best.labels)}, seed {best.seed}"

@@ -85,14 +85,14 @@ def decide_in_looks(
             for i in is_open
             if seeds[i] >= look
         }
-        waiting = len(is_open) - len(findings)
+        waits = len(findings) < len(is_open)
         p_raw = [1.0 if (f := findings.get(i)) is None else f.p_value for i in is_open]
         for i, p in zip(is_open, compare.holm(p_raw), strict=True):
             finding = findings.get(i)
             if finding is None:
                 continue
             where = f"look {number} of {len(looks)}, {look} seeds, level {p_text(level)}"
-            where += f"; provisional, {waiting} claims wait for their seeds" if waiting else ""
+            where += "; provisional while other claims wait for their seeds" if waits else ""
             decided = _decided(asked[i], finding, p, level, where)
             if decided is not None:
                 found[i] = LookDecision(decided, None)

@@ -154,9 +154,9 @@ def read_space(path: Path, base: Config) -> tuple[Config, Space]:
                 fixed.setdefault(section, {})[given] = entry
                 continue
             space[name] = _entry(cast("list[Any] | dict[str, Any]", entry), known[name], where)
+    base = toml.replace_fields(base, fixed, str(path))  # at once: some fit only together
     if not space:
         raise UserError(f"{path}: has no settings to search, must have at least 1")
-    base = toml.replace_fields(base, fixed, str(path))  # at once: some fit only together
     for name, searched in space.items():
         for value in searched.ends:
             toml.replace_fields(base, nested({name: value}), str(path))
