@@ -183,9 +183,9 @@ def test_it_runs_from_look_to_look_with_more_seeds_where_a_claim_is_open(tmp_pat
     state = touchdown.run_study(
         looking(), until_decided=True, results_dir=tmp_path, executor=planted
     )
-    assert (state.total, state.done) == (50, 50)
+    assert (state.total, state.done) == (42, 42)
     first, second = planted.stages
-    assert len(first) == 30
+    assert len(first) == 22  # two seeds of the level that no claim names
     assert {gamma for gamma, _ in second} == {0.9, 0.99}
     assert {seed for _, seed in second} == set(range(10, 20))
     report = touchdown.study_report("mine", results_dir=tmp_path, progress=False)
@@ -225,15 +225,17 @@ def test_a_run_that_fails_holds_up_its_own_claim_alone(tmp_path):
     report = touchdown.study_report("mine", results_dir=tmp_path, progress=False)
     decided, waiting = report.decisions["mine"]
     assert decided.verdict == "holds"
-    assert waiting.evidence.startswith("9 finished seeds of each level; the first look is at 10")
+    assert waiting.evidence.startswith(
+        "9 of 10 seeds of each level have this number; the first look is at 10"
+    )
     assert "--until-decided" in report.page.read_text()
 
 
 @pytest.mark.parametrize(
     ("study", "settings", "said"),
     [
-        (STUDY, {}, "study 'mine': has no looks; plan them, such as looks"),
-        ("paper", {}, "study 'paper': has no looks; those of a study file can"),
+        (STUDY, {}, "study 'mine': has no looks for --until-decided; plan them, such as looks"),
+        ("paper", {}, "study 'paper': has no looks for --until-decided; choose --scale full"),
         ("pid", {}, "study 'pid': has no looks"),
         (looking(), {"seeds": 3}, "seeds = 3: must be left out; the looks say how many"),
     ],

@@ -1,6 +1,6 @@
 """The page of the paper's experiments: a section for each topic, a verdict on each claim."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from touchdown.core import files
@@ -20,15 +20,16 @@ from touchdown.studies.paper.looks import PaperResults
 from touchdown.studies.store import Store
 from touchdown.studies.work import BaselineJob
 
-_LEADS = {
-    True: "Every experiment of the paper, with its own clocks: one environment, and an update "
+_LEAD = (
+    "Every experiment of the paper, with its own clocks: one environment, and an update "
     "after each step. A verdict on each claim is by a statistical test, a smallest effect of "
-    "interest and numbers of seeds that were specified before the runs.",
-    False: "A preview of the paper's experiments, which takes a fraction of the time: with 16 "
+    "interest and numbers of seeds that were specified before the runs."
+)
+_LEAD_OF_PREVIEW = (
+    "A preview of the paper's experiments, which takes a fraction of the time: with 16 "
     "environments and an update every fourth step, its clocks are not the paper's, so it decides "
-    "no claim.",
-}
-"""The first sentences of the page, by whether its scale has looks."""
+    "no claim."
+)
 _TRAINING = {"ladder": "training_returns", "hover": "training_steps"}
 """What the paper draws of training, by topic."""
 
@@ -83,7 +84,7 @@ def write_paper_report(
                 sections.append(section)
         page = Page(
             title="The paper, re-measured",
-            lead=f"{_LEADS[bool(paper.LOOKS[scale])]} {note}".strip(),
+            lead=" ".join(filter(None, (_lead(scale), _not_run(wanted, decisions), note))),
             facts=page_facts(results, found.tuned if "pid" in decisions else (), scale),
             sections=tuple(sections),
             provenance=(*_plan(scale), *provenance_of(command, results, scale)),
@@ -102,6 +103,16 @@ def write_paper_report(
             tables[CLAIMS] = claim_table(decisions)
         write_report(page, tables, folder)
     return Report(out / PAGE, decisions, results)
+
+
+def _lead(scale: Scale) -> str:
+    return _LEAD if paper.LOOKS[scale] else _LEAD_OF_PREVIEW
+
+
+def _not_run(wanted: Sequence[Topic], decisions: Mapping[str, Sequence[Decision]]) -> str:
+    """Which topics the page leaves out, because nothing of them has been run."""
+    names = [topic.title for topic in wanted if topic.name not in decisions]
+    return f"Not run yet: {'; '.join(names)}." if names else ""
 
 
 def _plan(scale: Scale) -> list[tuple[str, str]]:
