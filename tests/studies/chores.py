@@ -27,6 +27,10 @@ class Chore:
     def digest(self) -> str:
         return self.name
 
+    @property
+    def needs_flights(self) -> bool:
+        return False
+
     def has_results(self, store: Path) -> bool:
         return self.is_done(store)
 

@@ -10,8 +10,9 @@ from touchdown.core import files
 from touchdown.core.errors import UserError
 from touchdown.evaluation.evaluation import write_evaluations
 from touchdown.policies.facts import WeightsFacts
+from touchdown.studies.pid_results import read_pid
 from touchdown.studies.plan import Factor, Study, levels_of
-from touchdown.studies.results import read_pid, read_run, read_study
+from touchdown.studies.results import read_run, read_study
 from touchdown.studies.store import open_store
 from touchdown.studies.tuners import Tuned, Tuning
 from touchdown.studies.work import PidJob

@@ -135,8 +135,7 @@ _SWIFT = _with(
     },
 )
 
-# The squared loss gives the rare crash of a fast landing its full weight: with the Huber loss about
-# 1% of landings remain crashes, however long it trains.
+# The squared loss gives a rare crash its full weight; with the Huber loss, 1% of landings crash.
 _ACE = _with(
     _SWIFT,
     network={"hidden_sizes": (128, 128)},
@@ -160,8 +159,7 @@ _ACE = _with(
     },
 )
 
-# Steps are dear and updates cheap. Four environments keep one that hovers from filling the memory;
-# see docs/speed.md for what each part is worth.
+# Four environments keep one that hovers from filling the memory; docs/speed.md has what was tried.
 _FRUGAL = Config(
     network=NetworkConfig(hidden_sizes=(64, 64), layer_norm=True),
     replay=ReplayConfig(min_size=500, mirrored=True),

@@ -14,7 +14,7 @@ from touchdown.runs.folder import RunFolder
 from touchdown.stats.seeds import summarise_seeds
 from touchdown.studies.claims import Decision
 from touchdown.studies.paper import Topic
-from touchdown.studies.results import PidResult
+from touchdown.studies.pid_results import PidResult
 from touchdown.studies.tuners import TUNERS, Tuning
 
 

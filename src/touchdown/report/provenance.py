@@ -8,7 +8,8 @@ from datetime import UTC, datetime
 from touchdown.core import installation, threads
 from touchdown.lander import engine as engines
 from touchdown.runs.provenance import cpu_name
-from touchdown.studies.results import PidResult, StudyResults
+from touchdown.studies.pid_results import PidResult
+from touchdown.studies.results import StudyResults
 
 _PACKAGES = ("gymnasium", "jax", "numpy", "scipy", "statsmodels")
 

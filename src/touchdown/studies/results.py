@@ -26,14 +26,12 @@ from touchdown.stats.summary import Summary
 from touchdown.studies import run_lines, value_error
 from touchdown.studies.metrics import METRICS, TEST_METRICS
 from touchdown.studies.plan import BETWEEN_LABELS, PlannedRun, Study
-from touchdown.studies.run_lines import Curve, Origin, RunLine, TrainingParts
+from touchdown.studies.run_lines import Curve, Origin, RunLine, TrainingParts, parts_of
 from touchdown.studies.store import Store
-from touchdown.studies.tuners import Tuned
-from touchdown.studies.work import LAST, PidJob
+from touchdown.studies.work import LAST
 
 _LAST_EPISODES = 100
 _WINDOW = 100  # training episodes in a row
-_BINS = 24  # of training, for the share of episodes that reach the limit
 
 
 @dataclass(frozen=True, slots=True)
@@ -290,7 +288,7 @@ def read_run(path: Path, labels: tuple[str, ...], seed: int) -> RunResult:
         test=chosen.summary if chosen else None,
         validations=(tuple(at), tuple(means)),
         origin=_origin_of(folder),
-        parts=_parts_of(episodes),
+        parts=parts_of(episodes),
     )
 
 
@@ -385,56 +383,6 @@ def _peak(timed_out: Sequence[bool]) -> float:
     counts = np.concatenate([[0], np.cumsum(timed_out)])
     width = min(_WINDOW, len(timed_out))
     return float((counts[width:] - counts[:-width]).max()) / width
-
-
-def _parts_of(episodes: Sequence[EpisodeRow]) -> TrainingParts:
-    """Summarise training episodes; parts in which none ended are left out."""
-    ends = np.array([row.env_steps for row in episodes], float)
-    edges: FloatArray = np.linspace(0.0, float(ends[-1]), _BINS + 1)
-    place = np.clip(np.searchsorted(edges, ends, side="left") - 1, 0, _BINS - 1)
-    counts = np.bincount(place, minlength=_BINS)
-    seen = counts > 0
-
-    def means(values: Sequence[float]) -> tuple[float, ...]:
-        sums = np.bincount(place, weights=np.asarray(values, float), minlength=_BINS)
-        return tuple((sums[seen] / counts[seen]).tolist())
-
-    return TrainingParts(
-        ends=tuple(edges[1:][seen].tolist()),
-        hovering=means([row.outcome == "timed out" for row in episodes]),
-        returns=means([row.episode_return for row in episodes]),
-        steps=means([row.steps for row in episodes]),
-    )
-
-
-@dataclass(frozen=True, slots=True)
-class PidResult:
-    """A PID tuning and its test episodes."""
-
-    job: PidJob
-    trained_return: float
-    """The best trial's mean return over its training starts."""
-    history: tuple[float, ...]
-    test: Evaluation
-    path: Path
-    """Its folder."""
-
-
-def read_pid(jobs: Sequence[PidJob], store: Store) -> list[PidResult]:
-    """Read the tunings that have been tested.
-
-    Raises:
-        UserError: their files are broken.
-    """
-    found: list[PidResult] = []
-    for job in jobs:
-        folder = store.runs / job.digest
-        if not job.has_results(store.runs):
-            continue
-        tuned = records.decode_json(folder / "tuning.json", Tuned)
-        test = read_evaluations(folder / "evaluation.json")[0]
-        found.append(PidResult(job, tuned.best_return, tuned.history, test, folder))
-    return found
 
 
 def _finite(value: float) -> float | None:

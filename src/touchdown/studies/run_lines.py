@@ -4,20 +4,24 @@ A line has the numbers that claims, tables and figures need; not the flights.
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
 
+import numpy as np
 from msgspec import Meta, Struct
 
 from touchdown.core import files, limits, reading, records
 from touchdown.core.errors import UserError
 from touchdown.core.records import Count
+from touchdown.core.types import FloatArray
+from touchdown.runs.rows import EpisodeRow
 from touchdown.stats.summary import Summary
 
 FORMAT_VERSION = 1
+_BINS = 24  # of training, for its episodes
 
 Digest = Annotated[str, Meta(pattern="^[0-9a-f]{12}$", description="12 hex digits")]
 Curve = tuple[tuple[float, ...], tuple[float, ...]]
@@ -44,6 +48,26 @@ class TrainingParts(Struct, frozen=True, kw_only=True):
     """Mean return."""
     steps: tuple[float, ...]
     """Mean number of steps."""
+
+
+def parts_of(episodes: Sequence[EpisodeRow]) -> TrainingParts:
+    """Summarise training episodes; parts in which none ended are left out."""
+    ends = np.array([row.env_steps for row in episodes], float)
+    edges: FloatArray = np.linspace(0.0, float(ends[-1]), _BINS + 1)
+    place = np.clip(np.searchsorted(edges, ends, side="left") - 1, 0, _BINS - 1)
+    counts = np.bincount(place, minlength=_BINS)
+    seen = counts > 0
+
+    def means(values: Sequence[float]) -> tuple[float, ...]:
+        sums = np.bincount(place, weights=np.asarray(values, float), minlength=_BINS)
+        return tuple((sums[seen] / counts[seen]).tolist())
+
+    return TrainingParts(
+        ends=tuple(edges[1:][seen].tolist()),
+        hovering=means([row.outcome == "timed out" for row in episodes]),
+        returns=means([row.episode_return for row in episodes]),
+        steps=means([row.steps for row in episodes]),
+    )
 
 
 _OF_PARTS = ("hovering", "returns", "steps")

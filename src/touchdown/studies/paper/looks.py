@@ -13,8 +13,9 @@ from touchdown.studies.job import Job
 from touchdown.studies.looks import LookDecision, Question, SeedValues
 from touchdown.studies.paper.experiments import Topic, pid_jobs, topics
 from touchdown.studies.paper.levels import BEST, FIRST_SEED, LADDER_SEEDS, LOOKS, SPENDING, Scale
+from touchdown.studies.pid_results import PidResult, read_pid
 from touchdown.studies.plan import FIRST_TUNING_SEED
-from touchdown.studies.results import PidResult, StudyResults, read_pid, read_study
+from touchdown.studies.results import StudyResults, read_study
 from touchdown.studies.store import Store
 from touchdown.studies.work import PidJob, TrainJob
 
