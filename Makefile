@@ -78,7 +78,7 @@ bench: $(BENCH_READY) ## compare the speed of the engine, of training and of upd
 peers: $(BENCH_READY) ## train peers and presets in turns, for hours; resumable
 	@.venv-bench/bin/python benchmarks/peers.py $(ARGS)
 
-paper: $(READY) ## go on with the paper's experiments until each claim is decided; resumable
+paper: $(READY) ## continue the paper's experiments until each claim is decided; resumable
 	@test ! -f $(RESULTS) || $(BIN)/touchdown study import $(RESULTS)
 	@$(BIN)/touchdown study run paper --scale full --until-decided $(ARGS)
 	@$(BIN)/touchdown study report paper --scale full --out docs/results --force

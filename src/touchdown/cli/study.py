@@ -195,7 +195,7 @@ class StudyList:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyExport:
-    """Write the results of a study's runs to one file, with which another machine goes on."""
+    """Write the results of a study's runs to one file, to continue the study elsewhere."""
 
     name: Positional[StudyName]
     out: Annotated[Path, arg(metavar="FILE.jsonl", help="The file.")]
@@ -220,7 +220,7 @@ class StudyExport:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyImport:
-    """Add results from `study export`, so that a study goes on with the other runs."""
+    """Add results from `study export`; the study then continues with the remaining runs."""
 
     file: Annotated[Positional[Path], arg(metavar="FILE.jsonl", help="A file from `study export`.")]
     results_dir: ResultsDir = DEFAULT_RESULTS

@@ -108,11 +108,11 @@ def parse(text: str, path: Path) -> dict[str, Any]:
         raise UserError(f"{path}: not TOML: {one_line(error)}") from None
 
 
-def from_values(values: Mapping[str, Any], base: ConfigLike, path: Path) -> ConfigLike:
-    """`base` with the values of a TOML file; error messages name `path`.
+def without_version(values: Mapping[str, Any], path: Path) -> dict[str, Any]:
+    """The values of a TOML file without its `format_version`, which may be missing.
 
     Raises:
-        UserError: unknown field, invalid value or another format version.
+        UserError: it is another.
     """
     values = dict(values)
     version = values.pop("format_version", FORMAT_VERSION)
@@ -121,4 +121,13 @@ def from_values(values: Mapping[str, Any], base: ConfigLike, path: Path) -> Conf
             f"{path}: format_version = {version!r}: must be {FORMAT_VERSION} "
             "in this version of touchdown"
         )
-    return replace_fields(base, values, str(path))
+    return values
+
+
+def from_values(values: Mapping[str, Any], base: ConfigLike, path: Path) -> ConfigLike:
+    """`base` with the values of a TOML file; error messages name `path`.
+
+    Raises:
+        UserError: unknown field, invalid value or another format version.
+    """
+    return replace_fields(base, without_version(values, path), str(path))

@@ -19,6 +19,8 @@ _COLOURS = (style.MUTED, style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, st
 MAX_CURVES = len(_COLOURS)
 """Largest number of variants that are distinguishable in one picture."""
 PANELS_IN_A_ROW = 3
+_VALIDATION = "validation return (greedy)"
+_SHARES = (0.0, 1.02)
 _POINTS = 200
 LANDER_RETURNS = (-400.0, 300.0)
 """Validation returns of the lander that a picture shows."""
@@ -72,13 +74,9 @@ def draw_rungs(
         solved: return that counts as solved; None draws no line for it.
         shown: lowest and highest return shown; None shows all.
     """
-    _draw_curves(ax, curves)
-    if solved is not None:
-        ax.axhline(solved, color=style.MUTED, linewidth=1, linestyle=(0, (4, 3)), zorder=1)
-    if shown is not None:
-        ax.set_ylim(*shown)
-    ax.set_ylabel("validation return (greedy)")
-    return _over_env_steps(ax)
+    draw_numbers(ax, curves, _VALIDATION, shown)
+    _mark_solved(ax, solved)
+    return ax
 
 
 def draw_shares(ax: Axes, curves: Mapping[str, Sequence[Curve]], what: str) -> Axes:
@@ -89,11 +87,8 @@ def draw_shares(ax: Axes, curves: Mapping[str, Sequence[Curve]], what: str) -> A
         curves: environment steps and shares from 0 to 1, by variant name.
         what: label of the axis.
     """
-    _draw_curves(ax, curves)
-    ax.set_ylim(0, 1.02)
     ax.yaxis.set_major_formatter(PercentFormatter(1.0))
-    ax.set_ylabel(what)
-    return _over_env_steps(ax)
+    return draw_numbers(ax, curves, what, _SHARES)
 
 
 def draw_numbers(
@@ -102,7 +97,7 @@ def draw_numbers(
     what: str,
     shown: tuple[float, float] | None = None,
 ) -> Axes:
-    """Numbers of each variant's training episodes over environment steps, with their interval.
+    """Numbers of each variant over environment steps, with their interval shaded.
 
     Args:
         ax: the axes to draw on.
@@ -140,8 +135,7 @@ def draw_panels(
         if base in curves and name != base:
             _draw_curve(ax, curves[base], style.MUTED, "", 0.12)
         _draw_curve(ax, runs, style.ORANGE if name == base else style.BLUE, "", 0.2)
-        if solved is not None:
-            ax.axhline(solved, color=style.MUTED, linewidth=1, linestyle=(0, (4, 3)), zorder=1)
+        _mark_solved(ax, solved)
         if shown is not None:
             ax.set_ylim(*shown)
         ax.set_title(f"{name}{' (base)' * (name == base)}", fontsize=9, loc="left")
@@ -151,7 +145,7 @@ def draw_panels(
     for ax in panels:  # the rest of the last row
         ax.set_axis_off()
     figure.supxlabel("env steps", fontsize=9, color=style.MUTED)
-    figure.supylabel("validation return (greedy)", fontsize=9, color=style.MUTED)
+    figure.supylabel(_VALIDATION, fontsize=9, color=style.MUTED)
 
 
 def draw_reached(ax: Axes, times: Mapping[str, FloatArray], end: float, what: str) -> Axes:
@@ -173,10 +167,16 @@ def draw_reached(ax: Axes, times: Mapping[str, FloatArray], end: float, what: st
         shares = np.concatenate((np.arange(len(known) + 1), [len(known)])) / len(of)
         label = f"{name}: {len(known)} of {len(of)}"
         ax.step(at, shares, where="post", color=colour, linewidth=1.8, label=label)
-    ax.set_ylim(0, 1.02)
+    ax.set_ylim(*_SHARES)
     ax.yaxis.set_major_formatter(PercentFormatter(1.0))
     ax.set_ylabel(what)
     return _over_env_steps(ax)
+
+
+def _mark_solved(ax: Axes, solved: float | None) -> None:
+    """A line at the return that counts as solved, if there is one."""
+    if solved is not None:
+        ax.axhline(solved, color=style.MUTED, linewidth=1, linestyle=(0, (4, 3)), zorder=1)
 
 
 def _draw_curves(ax: Axes, curves: Mapping[str, Sequence[Curve]]) -> None:

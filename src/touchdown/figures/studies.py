@@ -249,7 +249,7 @@ def finish(
     shares: bool = False,
     shown: tuple[float, float] | None = None,
 ) -> Axes:
-    """Label the axis of the numbers, and fit its limits to the seeds and their intervals.
+    """Label the axis of the numbers, and fit its limits to the seeds.
 
     Args:
         ax: the axes to finish.
@@ -258,8 +258,7 @@ def finish(
         along: the axis of the numbers.
         others: other numbers that must be visible, such as a baseline's.
         shares: whether the numbers are shares, from 0 to 1, rather than return points.
-        shown: limits of the axis, for `mark_beyond`. None shows all seeds, with at
-            most the width of their range on each side.
+        shown: limits of the axis; `mark_beyond` counts the seeds beyond them. None shows all.
     """
     axis = ax.xaxis if along == "x" else ax.yaxis
     limit = ax.set_xlim if along == "x" else ax.set_ylim

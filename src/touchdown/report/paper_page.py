@@ -68,6 +68,10 @@ def write_paper_report(
     topics = paper.topics(scale)
     wanted = [topics[name] for name in (names or topics)]
     found = _read(scale, seeds, store, wanted)
+    chosen = {topic.name for topic in wanted}
+    others = (
+        alike.controls(found.results["ladder"], paper.BEST, store) if "alike" in chosen else None
+    )
     of_topics = {topic.study.name for topic in wanted if topic.study}
     results = {name: each for name, each in found.results.items() if name in of_topics}
     decisions: dict[str, list[Decision]] = {}
@@ -75,7 +79,7 @@ def write_paper_report(
     with files.complete_folder(out) as folder:
         builder = Builder(folder, beside=out if linked else None, on_step=on_step)
         for topic in wanted:
-            made = _section_of(builder, topic, found, store)
+            made = _section_of(builder, topic, found, others, store)
             if made is None or topic.study is None or topic.name == "alike":
                 for _ in range(STEPS):  # a section of another kind, or none
                     on_step(topic.name)
@@ -94,8 +98,7 @@ def write_paper_report(
             for topic in wanted
             if topic.name in decisions and topic.name != "alike" and topic.study is not None
         }
-        if "alike" in decisions and found.distances is not None:
-            others = alike.controls(results["ladder"], paper.BEST, store)
+        if found.distances is not None and others is not None:
             tables["alike"] = alike_section.alike_table(found.distances, others)
         if "pid" in decisions:
             tables["pid"] = pid_section.pid_table(found.tuned)
@@ -135,7 +138,11 @@ def _read(scale: Scale, seeds: int | None, store: Store, wanted: Sequence[Topic]
 
 
 def _section_of(
-    builder: Builder, topic: Topic, found: PaperResults, store: Store
+    builder: Builder,
+    topic: Topic,
+    found: PaperResults,
+    others: alike.Controls | None,
+    store: Store,
 ) -> tuple[list[Decision], Section] | None:
     """A topic's decisions and section; None if its records are missing."""
     title = f"{topic.title} (section {topic.section})"
@@ -148,9 +155,8 @@ def _section_of(
     if not results.runs:
         return None
     if topic.name == "alike":
-        if found.distances is None:
+        if found.distances is None or others is None:
             return None
-        others = alike.controls(results, paper.BEST, store)
         section = alike_section.alike_section(
             builder, topic, title, found.distances, others, decisions
         )

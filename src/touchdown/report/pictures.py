@@ -17,6 +17,7 @@ from touchdown.report.page import Picture
 from touchdown.studies.metrics import METRICS, is_return, is_share
 from touchdown.studies.plan import Cell, Level
 from touchdown.studies.results import StudyResults
+from touchdown.studies.run_lines import Curve
 
 _TRAINING = {
     "training_returns": "mean return of training episodes",
@@ -123,7 +124,7 @@ def save_all_curves(title: str, results: StudyResults, of: str, stem: Path) -> l
         of: `validations` or `hovering`.
         stem: path of a single picture without its suffix; part of the names of several.
     """
-    cells = [cell for cell in results.study.cells() if results.of(cell.labels)]
+    cells = _with_runs(results)
     if len(cells) <= rungs.MAX_CURVES:
         return [_save_curves(title, results, cells, of, stem)]
     found: list[Picture] = []
@@ -143,8 +144,8 @@ def save_panels(title: str, results: StudyResults, stem: Path) -> Picture:
         results: results of a study.
         stem: path without its suffix.
     """
-    cells = [cell for cell in results.study.cells() if results.of(cell.labels)]
-    by_level = {cell.name: [run.validations for run in results.of(cell.labels)] for cell in cells}
+    cells = _with_runs(results)
+    by_level = _curves(results, cells, "validations")
     rows = -(-len(cells) // rungs.PANELS_IN_A_ROW)
     figure = style.new_figure(7.2, 0.8 + 1.7 * rows)
     rungs.draw_panels(
@@ -154,10 +155,9 @@ def save_panels(title: str, results: StudyResults, stem: Path) -> Picture:
         _threshold_of(cells),
         _lander_or_all(results, rungs.LANDER_RETURNS),
     )
-    _save(figure, stem)
-    return Picture(
-        stem.with_suffix(".svg"),
-        stem.with_suffix(".png"),
+    return _saved(
+        figure,
+        stem,
         f"{title}: validation return over training, a panel per level",
         f"Validation return during training by {results.study.factors[0].name}, with the base in "
         f"grey; {rungs.caption(by_level)}.",
@@ -175,7 +175,7 @@ def save_reached(title: str, results: StudyResults, stem: Path) -> list[Picture]
     Returns:
         The picture; none if the levels have no threshold in common.
     """
-    cells = [cell for cell in results.study.cells() if results.of(cell.labels)]
+    cells = _with_runs(results)
     threshold = _threshold_of(cells)
     if threshold is None:
         return []
@@ -183,11 +183,10 @@ def save_reached(title: str, results: StudyResults, stem: Path) -> list[Picture]
     end = max(run.env_steps for run in results.runs)
     figure = style.new_figure(7.2, 3.8)
     rungs.draw_reached(figure.subplots(), times, end, f"seeds that have reached {threshold:g}")
-    _save(figure, stem)
     return [
-        Picture(
-            stem.with_suffix(".svg"),
-            stem.with_suffix(".png"),
+        _saved(
+            figure,
+            stem,
             f"{title}: share of seeds that have reached {threshold:g} over training",
             f"Share of training seeds of which a validation has reached {threshold:g} (Kaplan & "
             "Meier's estimate), by level; the legend counts the seeds that did by the end.",
@@ -205,19 +204,32 @@ def save_training(title: str, results: StudyResults, of: str, stem: Path) -> Pic
         stem: path without its suffix.
     """
     what = _TRAINING[of]
-    cells = [cell for cell in results.study.cells() if results.of(cell.labels)]
-    by_level = {cell.name: [getattr(run, of) for run in results.of(cell.labels)] for cell in cells}
+    by_level = _curves(results, _with_runs(results), of)
     figure = style.new_figure(7.2, 3.8)
     shown = _lander_or_all(results, rungs.LANDER_RETURNS) if of == "training_returns" else None
     rungs.draw_numbers(figure.subplots(), by_level, what, shown)
-    _save(figure, stem)
-    return Picture(
-        stem.with_suffix(".svg"),
-        stem.with_suffix(".png"),
+    return _saved(
+        figure,
+        stem,
         f"{title}: {what}, one line per level",
         f"{what[0].upper()}{what[1:]}, as in the paper's figures: {', '.join(by_level)}; "
         f"{rungs.caption(by_level)}.",
     )
+
+
+def _saved(figure: Figure, stem: Path, alt: str, caption: str) -> Picture:
+    """Save a figure as SVG and PNG."""
+    _save(figure, stem)
+    return Picture(stem.with_suffix(".svg"), stem.with_suffix(".png"), alt, caption)
+
+
+def _with_runs(results: StudyResults) -> list[Cell]:
+    return [cell for cell in results.study.cells() if results.of(cell.labels)]
+
+
+def _curves(results: StudyResults, cells: Sequence[Cell], of: str) -> dict[str, list[Curve]]:
+    """A curve of each run by the name of its cell; `of` is a field of `RunResult`."""
+    return {cell.name: [getattr(run, of) for run in results.of(cell.labels)] for cell in cells}
 
 
 def _threshold_of(cells: Sequence[Cell]) -> float | None:
@@ -234,7 +246,7 @@ def _base_of(cell: Cell, cells: Sequence[Cell], base: Cell) -> Cell:
 def _save_curves(
     title: str, results: StudyResults, cells: Sequence[Cell], of: str, stem: Path
 ) -> Picture:
-    by_level = {cell.name: [getattr(run, of) for run in results.of(cell.labels)] for cell in cells}
+    by_level = _curves(results, cells, of)
     figure = style.new_figure(7.2, 3.8)
     ax = figure.subplots()
     if of == "hovering":
@@ -248,10 +260,9 @@ def _save_curves(
             _lander_or_all(results, rungs.LANDER_RETURNS),
         )
         caption = "Validation return during training"
-    _save(figure, stem)
-    return Picture(
-        stem.with_suffix(".svg"),
-        stem.with_suffix(".png"),
+    return _saved(
+        figure,
+        stem,
         f"{title}: {caption.lower()}, one line per level",
         f"{caption}: {', '.join(by_level)}; {rungs.caption(by_level)}.",
     )

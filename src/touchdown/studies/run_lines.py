@@ -1,4 +1,4 @@
-"""Results of runs as lines of a file, with which a study goes on where its runs are not.
+"""Results of runs as lines of a file, to continue a study on another machine.
 
 A line has the numbers that claims, tables and figures need; not the flights.
 """

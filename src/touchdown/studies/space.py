@@ -19,8 +19,6 @@ from touchdown.studies.changes import nested
 if TYPE_CHECKING:
     from optuna.trial import BaseTrial
 
-FORMAT_VERSION = 1
-
 
 @dataclass(frozen=True, slots=True)
 class Range:
@@ -129,13 +127,7 @@ def read_space(path: Path, base: Config) -> tuple[Config, Space]:
     Raises:
         UserError: the file cannot be read, a setting is unknown, or the settings refuse a value.
     """
-    values = toml.read_toml(path)
-    version = values.pop("format_version", FORMAT_VERSION)
-    if version != FORMAT_VERSION:
-        raise UserError(
-            f"{path}: format_version = {version!r}: must be {FORMAT_VERSION} "
-            "in this version of touchdown"
-        )
+    values = toml.without_version(toml.read_toml(path), path)
     known = flat(base)
     fixed: dict[str, dict[str, Any]] = {}
     space: dict[str, Range | Choice] = {}

@@ -89,7 +89,7 @@ class TrainJob:
             trainer.run()
             last = NamedPolicy(f"{folder.name}, last", trainer.last_policy, self.config.env_id)
             _test(run, last, should_stop)
-            value_error.record(run, trainer.last_policy, should_stop)
+            value_error.record(run, last.policy, should_stop)
         config = self.config
         finish.save_curve(run, f"{config.preset}, seed {config.seed}, on {config.env_id}")
 

@@ -44,7 +44,7 @@ def run_study(
         scale: scale of the paper's studies: `quick` or `full`.
         seeds: training seeds of each cell; None uses the study's number.
         until_decided: whether to run from one of the study's looks to the next, with more seeds
-            only for the cells of claims that are still open, until each is decided or hopeless.
+            only for the cells of claims that are still open, until each is decided or given up.
         executor: runs the jobs; None uses one worker process per core of this machine.
         results_dir: folder that holds the runs and reports of studies.
         trust: whether to import code that a study file names: an environment's module or an agent.

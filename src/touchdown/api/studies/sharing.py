@@ -1,4 +1,4 @@
-"""Takes a study's results to another machine, which goes on from there."""
+"""Moves a study's results to another machine, to continue the study there."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The paper's claims, decided in looks: all of a page share the 5%, whatever they are about."""
+"""The paper's claims, decided in looks. All claims of the page share one error rate of 5%."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
