@@ -110,6 +110,12 @@ def test_a_policy_refuses_an_environment_that_is_not_its_own(tmp_path, env_id):
     assert find_policy("pid", tmp_path, "touchdown/LunarLander-v3").env_id == LANDER
 
 
+def test_a_policy_for_the_lander_acts_in_its_variants_too(tmp_path):
+    windy = "touchdown/LunarLanderWindy-v3"
+    for name in ("pid", "ace", "random"):
+        assert find_policy(name, tmp_path, windy).env_id == windy
+
+
 def test_an_unknown_policy_is_answered_with_what_is_accepted(tmp_path):
     with pytest.raises(UserError, match=r"policy 'x\.gif': unknown; must be a run of .*\.onnx"):
         find_policy("x.gif", tmp_path, None)

@@ -9,17 +9,18 @@ from touchdown.core.errors import UserError
 from touchdown.report.study_page import write_study_report
 from touchdown.studies.claim_tests import Near
 from touchdown.studies.claims import Claim
-from touchdown.studies.plan import Factor, Study, levels_of
+from touchdown.studies.plan import Factor, Level, Study, levels_of
 from touchdown.studies.store import open_store
 
 PRESETS = ("pilot", "dqn", "target-dqn", "vector-dqn", "double-dqn", "qr-dqn", "pqn")
 
 
-def page_of(study, folder, **written):
+def page_of(study, folder, *, returns_of=None, **written):
     store = open_store(folder / "results", make=True)
     for planned in study.runs():
         path = store.runs / planned.digest
-        write_run(path, **written)
+        own = {"returns": returns_of(planned)} if returns_of else {}
+        write_run(path, **written, **own)
         (path / "config.toml").write_text(toml.to_toml(planned.config))
     report = write_study_report(
         study, study.seeds, store, folder / "out", command="x", note="Mind the gap.", linked=False
@@ -101,3 +102,44 @@ def test_a_report_that_cannot_be_written_leaves_no_figures_behind(tmp_path, monk
     with pytest.raises(UserError, match="No space left"):
         page_of(study, tmp_path, recorded=False)
     assert [path.name for path in tmp_path.iterdir()] == ["results"]
+
+
+def three_factors(**changes):
+    factors = (
+        Factor("algorithm", levels_of("preset", ["vector-dqn", "double-dqn"])),
+        Factor(
+            "environment",
+            (
+                Level("stock"),
+                Level("windy", {"env_id": "touchdown/LunarLanderWindy-v3"}),
+            ),
+        ),
+        Factor("settings", levels_of("learning.gamma", [0.9, 0.99])),
+    )
+    return Study(name="sensitive", factors=factors, **changes)
+
+
+def test_a_study_of_three_factors_shows_how_much_settings_for_each_environment_matter(tmp_path):
+    def returns_of(planned):
+        algorithm, environment, gamma = planned.cell.labels
+        # double-dqn wants another gamma in the wind, and vector-dqn does not
+        wanted = "0.9" if (algorithm, environment) == ("double-dqn", "windy") else "0.99"
+        return [100.0 if gamma == wanted else 50.0, 60.0 + planned.seed]
+
+    page = page_of(three_factors(seeds=3), tmp_path, returns_of=returns_of)
+    assert {path.name for path in page.parent.glob("figures/*.png")} == {"sensitive.png"}
+    text = page.read_text()
+    assert "Sensitivity to settings, by algorithm" in text
+    with (page.parent / "tables" / "sensitive-sensitivity.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    found = {(row["level"], row["dimensionality"]) for row in rows}
+    assert found == {("vector-dqn", "0"), ("double-dqn", "1")}
+    gains = {row["level"]: float(row["sensitivity"]) for row in rows}
+    assert gains["vector-dqn"] == 0
+    assert gains["double-dqn"] > 0.3
+
+
+def test_one_seed_shows_no_sensitivity(tmp_path):
+    page = page_of(three_factors(seeds=1), tmp_path)
+    assert "finished in every cell: 1; sensitivity needs at least 2" in page.read_text()
+    assert not list(page.parent.glob("figures/*.png"))

@@ -110,7 +110,7 @@ def test_a_study_takes_lists_and_holds_what_cannot_change():
         ({"changes": [1]}, r"changes = \[1\]: must be a dictionary of settings"),
         ({"changes": {"learning.gamma": 7.0}}, r"gamma = 7\.0: must be from 0"),
         ({"factors": GAMMAS}, "must be a list of Factor"),
-        ({"factors": []}, "has 0 factors, must be 1 or 2"),
+        ({"factors": []}, "has 0 factors, must be from 1 to 3"),
         ({"factors": ["learning.gamma"]}, r"factors = \['learning.gamma'\]: must be a list of"),
         ({"claims": ["it is so"]}, r"claims = \['it is so'\]: must be a list of Claim"),
         ({"metric": "luck"}, "metric = 'luck': must be one of best_return"),

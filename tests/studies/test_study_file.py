@@ -72,7 +72,7 @@ def test_a_study_in_a_file(tmp_path):
         ("seeds = 0.5", r"seeds = 0\.5: must be a whole number"),
         ("base = 'nothing'\n[[factor]]\nfield = 'seed'\nvalues = [1]", "preset 'nothing'"),
         ("format_version = 9", "format_version = 9: this touchdown reads 1"),
-        ("seeds = 3", "has 0 factors, must be 1 or 2"),
+        ("seeds = 3", "has 0 factors, must be from 1 to 3"),
         ("factor = 3", "factor = 3: must be tables"),
         ("claim = 3", r"claim = 3: must be tables"),
         ("base = 3", "base = 3: must be a preset's name or a table"),

@@ -1,5 +1,6 @@
 """Finds a policy by object, run, name or file."""
 
+from dataclasses import replace
 from importlib.resources.abc import Traversable
 from pathlib import Path
 
@@ -30,7 +31,8 @@ def find_policy(
     Args:
         policy: see `PolicyLike`.
         runs_dir: folder of the runs.
-        env_id: the environment for policies that do not name theirs; None is the lander.
+        env_id: the environment for policies that do not name theirs; None is the lander. A policy
+            for the lander may act in any of its variants.
         vecnormalize: statistics for a Stable-Baselines3 `.zip`; see `read_sb3`.
 
     Raises:
@@ -39,7 +41,10 @@ def find_policy(
     """
     device.use_default()
     found = _found(policy, runs_dir, env_id or DEFAULT_ENV, vecnormalize)
-    is_exact = rules.is_lander(found.env_id) and env_id == rules.EXACT_ID
+    of_lander = rules.is_lander(found.env_id)
+    if of_lander and env_id is not None and rules.is_lander(env_id):
+        return replace(found, env_id=env_id)  # a variant of its environment
+    is_exact = of_lander and env_id == rules.EXACT_ID
     if env_id not in (None, found.env_id) and not is_exact:
         raise UserError(
             f"env_id = {env_id!r}: policy {found.name!r} acts in {found.env_id}; leave env_id out"

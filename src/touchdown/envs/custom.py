@@ -2,7 +2,7 @@
 
 import copy
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from itertools import count
 from typing import Any, cast
 
@@ -18,12 +18,13 @@ EnvLike = str | Env | Callable[..., Env]
 """A Gymnasium id, `module:Id`, an environment, or a function or class that makes one."""
 
 
-def make(env_id: str, render_mode: str | None) -> Env:
+def make(env_id: str, render_mode: str | None, settings: Mapping[str, Any] | None = None) -> Env:
     """Make an environment from its name.
 
     Args:
         env_id: Gymnasium's id, `module:Id`, or `module:function`.
         render_mode: passed to its constructor, if it has this parameter.
+        settings: other arguments of a registered environment's constructor.
 
     Raises:
         UserError: there is no such environment, it cannot be made, or only a file names its module.
@@ -38,6 +39,7 @@ def make(env_id: str, render_mode: str | None) -> Env:
         _check_registered(env_id)
     # only a picture needs a render mode, which not every constructor takes
     arguments: dict[str, Any] = {"render_mode": render_mode} if render_mode else {}
+    arguments |= settings or {}
     try:
         return gymnasium.make(name, disable_env_checker=True, **arguments)
     except gymnasium.error.Error as error:

@@ -13,7 +13,14 @@ from touchdown.envs import custom
 from touchdown.envs.boundary import Boundary
 from touchdown.envs.mirrors import mirror_of
 from touchdown.lander.engine import Engine
-from touchdown.lander.rules import MAX_EPISODE_STEPS, MIRROR, NUM_ACTIONS, is_lander
+from touchdown.lander.rules import (
+    LANDER_ID,
+    MAX_EPISODE_STEPS,
+    MIRROR,
+    NUM_ACTIONS,
+    is_lander,
+    settings_of,
+)
 from touchdown.lander.space import observation_space
 
 
@@ -47,9 +54,10 @@ def make_env(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # gymnasium warns about versions that it then refuses
         if engine == "exact" and is_lander(env_id):
-            env = _exact_lander(render_mode)
+            env = _exact_lander(render_mode, settings_of(env_id))
         else:
-            env = custom.make(env_id, render_mode)
+            name = LANDER_ID if is_lander(env_id) else env_id
+            env = custom.make(name, render_mode, settings_of(env_id))
     try:
         return _described(env, env_id)
     except UserError:
@@ -100,10 +108,10 @@ def _describe(
     )
 
 
-def _exact_lander(render_mode: str | None) -> custom.Env:
+def _exact_lander(render_mode: str | None, settings: dict[str, Any]) -> custom.Env:
     from touchdown.lander.single import LanderEnv  # noqa: PLC0415 - if the engine was built
 
-    return LanderEnv(render_mode, max_episode_steps=MAX_EPISODE_STEPS)
+    return LanderEnv(render_mode, max_episode_steps=MAX_EPISODE_STEPS, **settings)
 
 
 def spaces_of(env_id: str, engine: Engine = "gymnasium") -> Spaces:

@@ -1,7 +1,7 @@
 """Environments stepped together and reset individually, from Gymnasium or the exact engine."""
 
-from collections.abc import Sequence
-from typing import Protocol
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -53,7 +53,7 @@ def make_pool(env_id: str, num_envs: int, engine: Engine) -> EnvPool:
         UserError: there is no such environment, or it cannot be made.
     """
     if engine == "exact" and rules.is_lander(env_id):
-        return ExactEnvPool(num_envs, spaces_of(env_id, engine))
+        return ExactEnvPool(num_envs, spaces_of(env_id, engine), rules.settings_of(env_id))
     return StockEnvPool([make_env(env_id) for _ in range(num_envs)])
 
 
@@ -102,14 +102,17 @@ class ExactEnvPool:
     Args:
         num_envs: N, at least 1.
         spaces: the lander's sizes.
+        settings: the lander's settings, such as its gravity; None is stock's.
     """
 
-    def __init__(self, num_envs: int, spaces: Spaces) -> None:
+    def __init__(
+        self, num_envs: int, spaces: Spaces, settings: Mapping[str, Any] | None = None
+    ) -> None:
         from touchdown.lander._engine import Batch  # noqa: PLC0415 - if it was built
 
         self.spaces = spaces
         num_threads = min(threads.threads(), -(-num_envs // _ENVS_PER_THREAD))
-        self.batch = Batch(num_envs, num_threads=num_threads)
+        self.batch = Batch(num_envs, num_threads=num_threads, **(settings or {}))
         self.actions = np.zeros(num_envs, np.int64)
         """[N], like all that follow."""
         self.observations = np.zeros((num_envs, rules.OBSERVATION_SIZE), np.float32)

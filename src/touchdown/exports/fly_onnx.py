@@ -1,4 +1,4 @@
-"""Fly the ONNX model in this folder on stock Gymnasium; touchdown is not needed.
+"""Fly the ONNX model in this folder on Gymnasium; only a variant of the lander needs touchdown.
 
 First: pip install onnxruntime "gymnasium[box2d]"
 """
@@ -25,6 +25,13 @@ env_id = args.env_id or session.get_modelmeta().custom_metadata_map["env_id"]
 if ":" in env_id and args.env_id is None:
     parser.error(f"the model names the environment {env_id}, whose module would be imported: if "
                  "you trust it, give its id after the model")  # fmt: skip
+if env_id.startswith("touchdown/"):  # a variant of the lander, which touchdown registers
+    try:
+        import touchdown  # noqa: F401
+    except ImportError:
+        parser.error(
+            f"environment {env_id}: needs touchdown; install it, or give the id of another"
+        )
 env = gymnasium.make(env_id)
 
 for seed in range(args.episodes):

@@ -23,9 +23,10 @@ The action is a number: 0 fires no engine, 1 the left one, which pushes to the r
 engine, 3 the right one, which pushes to the left."""
 
 _LANDER_LIMITS = """\
-Trained and tested with Gymnasium's defaults: gravity of -10, no wind, 1,000 steps at most. Its \
-performance with wind (`enable_wind=True`), another gravity or noise in the observations is not \
-known. It has no continuous actions."""
+Trained and tested with {settings}, 1,000 steps at most. Its performance with other wind \
+(`enable_wind`), another gravity or noise in the observations is not known. It has no continuous \
+actions."""
+_STOCK = "Gymnasium's defaults: gravity of -10, no wind"
 
 
 def interface(env_id: str, spaces: Spaces) -> str:
@@ -57,7 +58,9 @@ def limits(env_id: str) -> str:
         env_id: the environment.
     """
     if rules.is_lander(env_id):
-        return _LANDER_LIMITS
+        own = ", ".join(f"`{name}={value}`" for name, value in rules.settings_of(env_id).items())
+        settings = f"{own} and otherwise Gymnasium's defaults" if own else _STOCK
+        return _LANDER_LIMITS.format(settings=settings)
     return (
         f"Trained and tested in {markdown.text(env_id)} with its default settings; its performance "
         "with others is not known."

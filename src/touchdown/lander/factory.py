@@ -6,7 +6,7 @@ import gymnasium
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
 from touchdown.lander.engine import Engine, check_engine, engine_in_use
-from touchdown.lander.rules import EXACT_ID, LANDER_IDS
+from touchdown.lander.rules import EXACT_ID, LANDER_ID
 
 
 def make(*, engine: Engine | None = None, **settings: Any) -> gymnasium.Env[Any, Any]:
@@ -22,7 +22,7 @@ def make(*, engine: Engine | None = None, **settings: Any) -> gymnasium.Env[Any,
         UserError: there is no such engine, or the exact one was not built.
         ValueError: a setting is out of range.
     """
-    return gymnasium.make(EXACT_ID if _is_exact(engine) else LANDER_IDS[0], **settings)
+    return gymnasium.make(EXACT_ID if _is_exact(engine) else LANDER_ID, **settings)
 
 
 def make_vec(

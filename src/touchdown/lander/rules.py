@@ -1,12 +1,20 @@
-"""The lander's constants: ids, time limit, actions, fuel costs, and the tasks of a batch."""
+"""The lander's constants: ids, variants, time limit, actions, fuel costs, tasks of a batch."""
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchdown.core.types import Mirror
 
-LANDER_IDS = ("LunarLander-v3",)
+LANDER_ID = "LunarLander-v3"
 EXACT_ID = "touchdown/LunarLander-v3"
+VARIANTS: dict[str, dict[str, Any]] = {
+    "touchdown/LunarLanderWindy-v3": {"enable_wind": True},
+    "touchdown/LunarLanderMars-v3": {"gravity": -3.71},
+    "touchdown/LunarLanderHeavy-v3": {"gravity": -11.9},
+}
+"""Settings of stock's lander by the id of a variant; gravity is in m/s²."""
 MAX_EPISODE_STEPS = 1_000  # Gymnasium's time limit of the lander
 SOLVED_RETURN = 200.0  # episode return at which Gymnasium considers the lander solved
 OBSERVATION_SIZE = 8
@@ -24,8 +32,13 @@ MIRROR = Mirror(
 
 
 def is_lander(env_id: str) -> bool:
-    """Whether the id is that of the lander with discrete actions."""
-    return env_id in LANDER_IDS
+    """Whether the id is that of the lander with discrete actions, or of one of its variants."""
+    return env_id == LANDER_ID or env_id in VARIANTS
+
+
+def settings_of(env_id: str) -> dict[str, Any]:
+    """The settings of a lander by its id; {} for Gymnasium's own."""
+    return VARIANTS.get(env_id, {})
 
 
 def limit_of(max_episode_steps: int | None) -> int:

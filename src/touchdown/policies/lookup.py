@@ -83,15 +83,20 @@ def _baseline(name: str, env_id: str) -> NamedPolicy:
     if name == "random":
         return NamedPolicy(name, RandomPolicy(environment.spaces_of(env_id).num_actions), env_id)
     if name == "heuristic":
-        return NamedPolicy(name, HeuristicPolicy(), rules.LANDER_IDS[0])
-    return NamedPolicy(name, PIDPolicy(shipped_pid()), rules.LANDER_IDS[0])
+        return NamedPolicy(name, HeuristicPolicy(), _lander(env_id))
+    return NamedPolicy(name, PIDPolicy(shipped_pid()), _lander(env_id))
+
+
+def _lander(env_id: str) -> str:
+    """The environment of a controller of the lander: the given one, if it is a lander."""
+    return env_id if rules.is_lander(env_id) else rules.LANDER_ID
 
 
 def _from_file(path: Path, env_id: str, vecnormalize: str | None) -> NamedPolicy:
     check_misspelt(path)
     match path.suffix:
         case ".toml":
-            return NamedPolicy(path.stem, PIDPolicy(read_pid(path)), rules.LANDER_IDS[0])
+            return NamedPolicy(path.stem, PIDPolicy(read_pid(path)), _lander(env_id))
         case ".onnx":
             return NamedPolicy(path.stem, *read_onnx(path, env_id))
         case ".zip":

@@ -83,7 +83,7 @@ class Builder:
         return Section(
             id=name,
             title=title,
-            lead=" ".join((*filter(None, [lead]), *_gaps(results))),
+            lead=" ".join((*filter(None, [lead]), *gaps(results))),
             claims=tables.claim_rows(decisions),
             pictures=tuple(shown),
             films=shot,
@@ -146,11 +146,12 @@ class Builder:
         )
 
 
-def _gaps(results: StudyResults) -> list[str]:
-    gaps: list[str] = []
+def gaps(results: StudyResults) -> list[str]:
+    """Sentences on runs that are missing or failed."""
+    found: list[str] = []
     if results.missing:
-        gaps.append(f"{results.missing} of {results.planned} runs are not done yet.")
+        found.append(f"{results.missing} of {results.planned} runs are not done yet.")
     if results.failed:
         reasons = "; ".join(sorted(set(results.failed.values())))
-        gaps.append(f"{len(results.failed)} runs failed: {reasons}.")
-    return gaps
+        found.append(f"{len(results.failed)} runs failed: {reasons}.")
+    return found

@@ -4,14 +4,15 @@ from collections.abc import Callable
 from pathlib import Path
 
 from touchdown.core import files
-from touchdown.report.builder import Builder
+from touchdown.report.builder import STEPS, Builder
 from touchdown.report.csv_tables import claim_table, level_table, run_tables
 from touchdown.report.output import PAGE, Report, write_report
 from touchdown.report.page import Page
 from touchdown.report.provenance import page_facts, provenance_of
+from touchdown.report.sensitivity_section import sensitivity_section
 from touchdown.studies.claims import CLAIMS, Decision, decide
 from touchdown.studies.looks import decide_study, read_in_looks
-from touchdown.studies.plan import Study
+from touchdown.studies.plan import SENSITIVITY_FACTORS, Study
 from touchdown.studies.results import StudyResults, read_study
 from touchdown.studies.store import Store
 
@@ -55,7 +56,12 @@ def write_study_report(
     with files.complete_folder(out) as folder:
         builder = Builder(folder, beside=out if linked else None, on_step=on_step)
         sections = ()
-        if results.runs:
+        if results.runs and len(study.factors) == SENSITIVITY_FACTORS:
+            section, own = sensitivity_section(builder, title, results, study.metric, decisions)
+            sections, tables = (section,), tables | own
+            for _ in range(STEPS):
+                on_step(study.name)
+        elif results.runs:
             section = builder.section(
                 study.name, title, study.question, results, study.metric, decisions, {}
             )

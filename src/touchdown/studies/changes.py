@@ -19,7 +19,7 @@ def nested(changes: Changes) -> dict[str, Any]:
         UserError: a field is set twice, or is also a section.
     """
     found: dict[str, Any] = {}
-    for name, value in _by_dotted_name(changes):
+    for name, value in by_dotted_name(changes):
         *sections, field = name.split(".")
         place = found
         for section in sections:
@@ -33,10 +33,11 @@ def nested(changes: Changes) -> dict[str, Any]:
     return found
 
 
-def _by_dotted_name(changes: Changes, before: str = "") -> Iterator[tuple[str, Any]]:
+def by_dotted_name(changes: Changes, before: str = "") -> Iterator[tuple[str, Any]]:
+    """Each changed field by its dotted name, with its value."""
     for name, value in changes.items():
         if isinstance(value, Mapping):
-            yield from _by_dotted_name(cast(Changes, value), f"{before}{name}.")
+            yield from by_dotted_name(cast(Changes, value), f"{before}{name}.")
         else:
             yield f"{before}{name}", value
 

@@ -1,6 +1,7 @@
 """The tests that decide claims, from one number per training seed.
 
-A cell is named by the label of its level or, with two factors, by both labels, such as `0.99 · 32`.
+A cell is named by the label of its level or, with several factors, by all labels, such as
+`0.99 · 32`.
 The fields of a kind have the same names in Python and in a study file. Most kinds compare all
 pairs of seeds of two cells (`stats.pairs`), because some runs fail and their numbers can be
 anywhere. A margin is the smallest effect of interest, in the metric's unit: return points, a share

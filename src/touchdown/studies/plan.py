@@ -1,4 +1,4 @@
-"""A study: a base config, one or two factors with levels, seeds and claims; and its runs."""
+"""A study: a base config, factors with levels, seeds and claims; and its runs."""
 
 import itertools
 from collections.abc import Collection, Mapping, Sequence
@@ -19,8 +19,10 @@ from touchdown.studies.metrics import DEFAULT_METRIC, METRICS, TEST_METRICS, TIM
 
 FIRST_TUNING_SEED = 10_000
 """Training seeds from this one on are for choosing settings; no results are reported on them."""
+SENSITIVITY_FACTORS = 3
+"""Factors of a study on sensitivity: algorithms, environments, settings."""
 BETWEEN_LABELS = " · "
-"""Separates the labels in the name of a cell of two factors."""
+"""Separates the labels in the name of a cell of several factors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,15 +145,16 @@ class Study:
         ```
 
     Raises:
-        UserError: a field of the wrong type, more than two factors, two cells of one name, a level
-            whose changes the config refuses, a metric that is unknown or needs a test, or a claim
-            about a level or a metric that the study does not have.
+        UserError: a field of the wrong type, more than three factors, two cells of one name, a
+            level whose changes the config refuses, a metric that is unknown or needs a test, or a
+            claim about a level or a metric that the study does not have.
     """
 
     name: str
     """Letters, digits, `.`, `_` and `-`: its page and its tables get this name."""
     factors: Sequence[Factor]
-    """One or two."""
+    """From one to three. Three are algorithms, environments and settings, and the report shows how
+    much each algorithm depends on settings for each environment."""
     seeds: int = 5
     """Training seeds of each cell."""
     base: str | Config = "paper-best"
@@ -195,8 +198,11 @@ class Study:
             raise UserError(f"name = {self.name!r}: must be letters, digits, '.', '_' and '-'")
         check_seeds(self.seeds, self.first_seed)
         self._check_looks()
-        if not 1 <= len(self.factors) <= 2:
-            raise UserError(f"study {self.name!r}: has {len(self.factors)} factors, must be 1 or 2")
+        if not 1 <= len(self.factors) <= SENSITIVITY_FACTORS:
+            raise UserError(
+                f"study {self.name!r}: has {len(self.factors)} factors, must be from 1 to "
+                f"{SENSITIVITY_FACTORS}"
+            )
         cells = self.cells()
         cell_names = [cell.name for cell in cells]
         twice = _first_twice(cell_names)

@@ -191,7 +191,7 @@ class BaselineJob:
     @property
     def digest(self) -> str:
         """`baseline-`, the name, and 12 hex digits of everything that determines the flights."""
-        decides: dict[str, Any] = {"env_id": rules.LANDER_IDS[0], "episodes": _BASELINE_EPISODES}
+        decides: dict[str, Any] = {"env_id": rules.LANDER_ID, "episodes": _BASELINE_EPISODES}
         if self.name == "pid":
             decides["gains"] = asdict(baselines.shipped_pid())
         return f"baseline-{self.name}-{_digest_of(decides)}"

@@ -12,7 +12,7 @@ from touchdown.control.twiddle import Trial, twiddle
 from touchdown.core.seeding import tuning_starts
 from touchdown.evaluation.evaluator import Evaluator
 from touchdown.lander.engine import engine_in_use
-from touchdown.lander.rules import LANDER_IDS
+from touchdown.lander.rules import LANDER_ID
 
 TUNED = ("kp_vertical", "ki_vertical", "kp_angle", "kd_angle", "dead_band")
 HAND_PICKED = PIDConfig(
@@ -55,7 +55,7 @@ class Objective:
     def __init__(self, rule: Rule, starts: int, seed: int, begin: PIDConfig = HAND_PICKED) -> None:
         self._begin = replace(begin, rule=rule)
         self._starts = tuning_starts(seed, starts)
-        self._evaluator = Evaluator(LANDER_IDS[0], min(starts, _NUM_ENVS), engine_in_use())
+        self._evaluator = Evaluator(LANDER_ID, min(starts, _NUM_ENVS), engine_in_use())
 
     def __enter__(self) -> "Objective":
         return self

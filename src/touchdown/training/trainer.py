@@ -110,7 +110,7 @@ class Trainer:
         )
         if restored is not None:
             self._progress = restored
-        self._keeps_flights = self._replayable and rules.is_lander(config.env_id)
+        self._keeps_flights = self._replayable and config.env_id == rules.LANDER_ID
         self._recorder = Recorder(folder, self._progress.records.sizes, flights=self._keeps_flights)
         resources.callback(self._recorder.close)
         self._history = History(folder, self._recorder, self._on_scalars)

@@ -57,10 +57,8 @@ def page_policy_of(named: NamedPolicy) -> PagePolicy:
             f"policy {name!r}: the page gives this name to the person who flies; give the run or "
             "the file another one"
         )
-    if not (rules.is_lander(named.env_id) or named.env_id == rules.EXACT_ID):
-        raise UserError(
-            f"policy {name!r}: acts in {named.env_id}; must act in {rules.LANDER_IDS[0]}"
-        )
+    if named.env_id not in (rules.LANDER_ID, rules.EXACT_ID):
+        raise UserError(f"policy {name!r}: acts in {named.env_id}; must act in {rules.LANDER_ID}")
     if isinstance(policy, PIDPolicy):
         return PagePolicy(name, "pid", gains=asdict(policy.config))
     if isinstance(policy, HeuristicPolicy):
@@ -114,7 +112,7 @@ def _weights_of(policy: GreedyPolicy, reward_scale: float) -> bytes:
     layers = policy.network.layers(np.asarray(policy.params))
     metadata = {
         "format_version": str(WEIGHTS_FORMAT_VERSION),
-        "env_id": rules.LANDER_IDS[0],
+        "env_id": rules.LANDER_ID,
         "network": json.dumps(policy.describe()["network"]),
         "reward_scale": str(reward_scale),
     }

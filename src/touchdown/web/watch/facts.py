@@ -8,7 +8,7 @@ from typing import Any, Literal
 from touchdown.config.config import Config
 from touchdown.core.errors import UnreadableError, UserError, one_line
 from touchdown.core.terminal import printable_line
-from touchdown.lander.rules import SOLVED_RETURN, is_lander
+from touchdown.lander.rules import LANDER_ID, SOLVED_RETURN
 from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.over_training import policies_over_training
@@ -128,7 +128,7 @@ def identity_of(path: Path) -> tuple[int, int]:
 
 def _of_config(facts: Facts, folder: RunFolder) -> Facts:
     config = folder.config()
-    lander = is_lander(config.env_id)
+    lander = config.env_id == LANDER_ID  # which the page can replay
     return replace(
         facts,
         env_id=printable_line(config.env_id),
