@@ -139,6 +139,19 @@ def test_a_line_without_a_number_is_refused(made, tmp_path):
         studies.import_results(out, results_dir=tmp_path / "here")
 
 
+def test_a_line_of_an_earlier_version_lacks_what_was_added_later(made, tmp_path):
+    file, there = made
+    out = tmp_path / "results.jsonl"
+    studies.export_results(str(file), out, results_dir=there.path)
+    numbers = json.loads(out.read_text().splitlines()[1])["numbers"]
+    assert numbers.pop("last_share_solved") == 0.5  # of 0 and 300, with a threshold between them
+    out.write_text(altered(out.read_text(), numbers=numbers))
+    here = tmp_path / "here"
+    studies.import_results(out, results_dir=here)
+    runs = read_study(STUDY, 2, stores.open_store(here)).runs
+    assert [math.isnan(run.last_share_solved) for run in runs] == [True, False, False]
+
+
 def test_a_study_without_finished_runs_has_nothing_to_export(made, tmp_path):
     file, _ = made
     empty = stores.open_store(tmp_path / "empty", make=True)

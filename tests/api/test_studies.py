@@ -229,6 +229,7 @@ def test_a_kind_of_run_that_is_not_known_is_flown_to_know_it(done, tmp_path):
     [
         (["study", "run", "nothing"], "study 'nothing': unknown; must be one of paper, readings"),
         (["study", "run", "nothing.toml"], "nothing.toml: cannot be read"),
+        (["study", "run", "readings"], "scale = 'quick': must be full for readings"),
         (["study", "run", "ladder", "--seeds", "0"], "seeds = 0: must be from 1"),
         (["study", "run", "ladder", "--on", "mars"], "on = 'mars': must be local, ray"),
         (["study", "run", "ladder", "--workers", "0"], "workers = 0: must be from 1"),

@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from touchdown.config.config import Config, from_toml
+from touchdown.config.digest import digest_with_seed
 from touchdown.config.presets import PRESETS
 from touchdown.config.sections import (
     SECTIONS,
@@ -228,6 +229,13 @@ def test_a_field_that_is_added_later_changes_no_digest_until_it_is_set():
         Config(learning=LearningConfig(gamma=0.5)).digest
     )
     assert Config(learning=LaterLearning(clipped=True)).digest != Config().digest
+
+
+def test_the_digest_with_another_seed_is_that_of_the_config_with_that_seed():
+    for config in (Config(), Config(algorithm="tabular", seed=12), Config(seed=7, env_id="a:B")):
+        for seed in (0, 1, 12, 4_294_967_295):
+            whole = dataclasses.replace(config, seed=seed)
+            assert digest_with_seed(config, seed) == whole.digest
 
 
 def test_the_order_of_options_changes_no_digest():

@@ -70,6 +70,11 @@ def test_the_table_has_every_claim_in_every_reading_with_runs(page):
     assert found["shipped", "ends"]["metric"] == "best_return"
     assert found["shipped", "bootstraps"]["verdict"] == "reached and exceeded"
     assert len([row for row in rows if row["claim"] == claim]) == 11
+    shares = {
+        row["learner"]: row["metric"] for row in rows if "is always above 200" in row["claim"]
+    }
+    literal = dict.fromkeys(("literal-1e-3", "literal-2.5e-4"), "last_share_solved")
+    assert shares == {"shipped": "share_solved"} | literal
 
 
 def test_the_nearest_reading_is_first(store):

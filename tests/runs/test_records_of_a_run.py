@@ -15,7 +15,7 @@ from touchdown.runs import provenance
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.rows import UpdateRow
 from touchdown.runs.run import Run, describe, evaluations_of, list_facts, run_facts
-from touchdown.studies.results import read_run
+from touchdown.studies.run_result import read_run
 
 
 @pytest.fixture

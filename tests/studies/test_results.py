@@ -11,8 +11,9 @@ from touchdown.core.errors import UserError
 from touchdown.evaluation.evaluation import write_evaluations
 from touchdown.policies.facts import WeightsFacts
 from touchdown.studies.pid_results import read_pid
-from touchdown.studies.plan import Factor, Study, levels_of
-from touchdown.studies.results import read_run, read_study
+from touchdown.studies.plan import Factor, Level, Study, levels_of
+from touchdown.studies.results import read_study
+from touchdown.studies.run_result import read_run
 from touchdown.studies.store import open_store
 from touchdown.studies.tuners import Tuned, Tuning
 from touchdown.studies.work import PidJob
@@ -72,6 +73,21 @@ def test_a_study_knows_what_is_done_what_failed_and_what_is_missing(tmp_path):
     (row,) = found.table().to_dicts()
     assert (row["study"], row["γ"], row["seed"], row["best_return"]) == ("discount", "0.9", 0, 200)
     assert row["observations_to_solved"] == 3_500
+
+
+def test_a_run_of_several_studies_is_read_once(tmp_path):
+    store = open_store(tmp_path / "results", make=True)
+    gammas = Study(name="one", factors=[Factor.of("learning.gamma", [0.9, 0.95])], seeds=1)
+    same = Study(name="two", factors=[Factor("of", [Level("near", {"learning.gamma": 0.9})])])
+    for planned in gammas.runs():
+        write_run(store.runs / planned.digest)
+    known = {}
+    first = read_study(gammas, 1, store, known)
+    for planned in gammas.runs():
+        (store.runs / planned.digest / "episodes.jsonl").unlink()
+    again = read_study(same, 1, store, known)
+    assert [run.labels for run in again.runs] == [("near",)]
+    assert again.runs[0].path == first.runs[0].path
 
 
 def test_tunings_that_are_done_are_read(tmp_path):

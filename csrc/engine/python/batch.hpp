@@ -93,21 +93,16 @@ inline Lander& lander_at(Batch& batch, std::int64_t index) {
 inline void set_tasks(Batch& batch, const std::optional<Vector<const std::uint8_t>>& tasks) {
   if (!tasks) {
     std::fill(batch.tasks.begin(), batch.tasks.end(), Task::kStep);
-  } else {
-    need_rows(batch, tasks->shape(0), "tasks");
-    for (std::size_t i = 0; i < batch.tasks.size(); ++i) {
-      const std::uint8_t task = (*tasks)(i);
-      if (task >= kNumTasks) {
-        refuse("tasks[" + std::to_string(i) + "] = " + std::to_string(task) +
-               ": must be 0 (nothing), 1 (step) or 2 (begin)");
-      }
-      batch.tasks[i] = static_cast<Task>(task);
-    }
+    return;
   }
-  for (std::size_t i = 0; i < batch.landers.size(); ++i) {
-    if (batch.tasks[i] == Task::kStep && batch.landers[i].started == 0) {
-      throw std::runtime_error("reset environment " + std::to_string(i) + " before its first step");
+  need_rows(batch, tasks->shape(0), "tasks");
+  for (std::size_t i = 0; i < batch.tasks.size(); ++i) {
+    const std::uint8_t task = (*tasks)(i);
+    if (task >= kNumTasks) {
+      refuse("tasks[" + std::to_string(i) + "] = " + std::to_string(task) +
+             ": must be 0 (nothing), 1 (step) or 2 (begin)");
     }
+    batch.tasks[i] = static_cast<Task>(task);
   }
 }
 
@@ -130,12 +125,10 @@ inline Throttle throttle_of(const ContinuousActions& actions, std::size_t i) {
 constexpr bool is_continuous(const DiscreteActions*) { return false; }
 constexpr bool is_continuous(const ContinuousActions*) { return true; }
 
+// Carries out the tasks of a batch. Everything is checked before anything moves.
 template <typename Actions>
-void step_batch(Batch& batch, const Actions& actions, const Observations& observations,
-                const Vector<double>& rewards, const Vector<bool>& terminated,
-                const std::optional<Vector<const std::uint8_t>>& tasks) {
-  need_idle(batch);
-  const Stepping stepping(batch);
+void carry_out(Batch& batch, const Actions& actions, const Observations& observations,
+               const Vector<double>& rewards, const Vector<bool>& terminated) {
   need_rows(batch, actions.shape(0), "actions");
   need_rows(batch, observations.shape(0), "observations");
   need_rows(batch, rewards.shape(0), "rewards");
@@ -145,10 +138,12 @@ void step_batch(Batch& batch, const Actions& actions, const Observations& observ
     refuse(continuous ? "actions are whole numbers: these landers take pairs of throttles"
                       : "actions are pairs of throttles: these landers take whole numbers");
   }
-  // Everything is checked before anything moves.
-  set_tasks(batch, tasks);
   for (std::size_t i = 0; i < batch.landers.size(); ++i) {
-    if (batch.tasks[i] == Task::kStep) batch.throttles[i] = throttle_of(actions, i);
+    if (batch.tasks[i] != Task::kStep) continue;
+    if (batch.landers[i].started == 0) {
+      throw std::runtime_error("reset environment " + std::to_string(i) + " before its first step");
+    }
+    batch.throttles[i] = throttle_of(actions, i);
   }
   for (std::size_t i = 0; i < batch.landers.size(); ++i) {
     if (batch.tasks[i] == Task::kBegin && batch.landers[i].seeded == 0) {
@@ -158,6 +153,39 @@ void step_batch(Batch& batch, const Actions& actions, const Observations& observ
   const Results results{observations.data(), rewards.data(), terminated.data()};
   const nb::gil_scoped_release released;
   step(batch.landers, batch.throttles, batch.tasks, results, batch.workspaces, batch.workers);
+}
+
+template <typename Actions>
+void step_batch(Batch& batch, const Actions& actions, const Observations& observations,
+                const Vector<double>& rewards, const Vector<bool>& terminated,
+                const std::optional<Vector<const std::uint8_t>>& tasks) {
+  need_idle(batch);
+  const Stepping stepping(batch);
+  set_tasks(batch, tasks);
+  carry_out(batch, actions, observations, rewards, terminated);
+}
+
+// A step of every lander's episode, or its next episode if `ended`, and its clock: the same as many
+// operations on arrays in Python, each of which takes as long as a lander's step.
+template <typename Actions>
+void step_episodes(Batch& batch, const Actions& actions, const Observations& observations,
+                   const Vector<double>& rewards, const Vector<bool>& terminated,
+                   const Vector<bool>& truncated, const Vector<std::int64_t>& steps,
+                   const Vector<bool>& ended, std::int64_t limit) {
+  need_idle(batch);
+  const Stepping stepping(batch);
+  need_rows(batch, truncated.shape(0), "truncated");
+  need_rows(batch, steps.shape(0), "steps");
+  need_rows(batch, ended.shape(0), "ended");
+  for (std::size_t i = 0; i < batch.tasks.size(); ++i) {
+    batch.tasks[i] = ended(i) ? Task::kBegin : Task::kStep;
+  }
+  carry_out(batch, actions, observations, rewards, terminated);
+  for (std::size_t i = 0; i < batch.tasks.size(); ++i) {
+    steps(i) = ended(i) ? 0 : steps(i) + 1;
+    truncated(i) = steps(i) >= limit;
+    ended(i) = terminated(i) || truncated(i);
+  }
 }
 
 }  // namespace touchdown::engine

@@ -65,6 +65,14 @@ NB_MODULE(_engine, m) {
       .def("step", &step_batch<ContinuousActions>, "actions"_a.noconvert(),
            "observations"_a.noconvert(), "rewards"_a.noconvert(), "terminated"_a.noconvert(),
            "tasks"_a.noconvert() = nb::none())
+      .def("step_episodes", &step_episodes<DiscreteActions>, "actions"_a.noconvert(),
+           "observations"_a.noconvert(), "rewards"_a.noconvert(), "terminated"_a.noconvert(),
+           "truncated"_a.noconvert(), "steps"_a.noconvert(), "ended"_a.noconvert(), "limit"_a,
+           "Steps every lander, or begins its next episode if its last one has ended; also counts "
+           "the steps of the episodes, and truncates them at the limit.")
+      .def("step_episodes", &step_episodes<ContinuousActions>, "actions"_a.noconvert(),
+           "observations"_a.noconvert(), "rewards"_a.noconvert(), "terminated"_a.noconvert(),
+           "truncated"_a.noconvert(), "steps"_a.noconvert(), "ended"_a.noconvert(), "limit"_a)
       .def("snapshot", &snapshot_one, "index"_a, "The whole state of one lander as bytes.")
       .def("restore", &restore_one, "index"_a, "snapshot"_a,
            "Takes one lander's state from bytes; ValueError if they are of other settings.")

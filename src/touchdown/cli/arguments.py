@@ -28,8 +28,9 @@ EnvId = Annotated[
     str | None,
     arg(
         help="Environment (Gymnasium id or module:Id) for `random` and for a file of another "
-        "library that does not name one; without it, LunarLander-v3. Other policies name theirs, but "
-        "one for the lander flies in any of its variants, such as touchdown/LunarLanderWindy-v3."
+        "library that does not name one; without it, LunarLander-v3. Other policies name theirs, "
+        "but one for the lander flies in any of its variants, such as "
+        "touchdown/LunarLanderWindy-v3."
     ),
 ]
 PolicyName = Annotated[

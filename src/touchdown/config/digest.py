@@ -2,6 +2,7 @@
 
 import dataclasses
 import hashlib
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, cast
 
 import tomli_w
@@ -53,8 +54,34 @@ def digest_of(config: "DataclassInstance") -> str:
     Args:
         config: a frozen dataclass of fields and sections; its `preset` is ignored.
     """
+    return _digest(_text(config))
+
+
+def digest_with_seed(config: "DataclassInstance", seed: int) -> str:
+    """The digest of a config with another seed: of many seeds, a thousand times as fast.
+
+    Args:
+        config: as in `digest_of`; hashable.
+        seed: the seed.
+    """
+    before, after = _around_seed(config)
+    return _digest(f"{before}{seed}{after}")
+
+
+@lru_cache(maxsize=1 << 12)
+def _around_seed(config: "DataclassInstance") -> tuple[str, str]:
+    """The text that is hashed, before and after the seed."""
+    # the first one: it stands above all tables, and no text of the config stands above it
+    before, name, after = _text(config).partition("\nseed = ")
+    return before + name, after[after.index("\n") :]
+
+
+def _text(config: "DataclassInstance") -> str:
     values = _hashed(dataclasses.replace(config, preset="custom"), "")
-    text = tomli_w.dumps({"format_version": _FORMAT_VERSION, **values})
+    return tomli_w.dumps({"format_version": _FORMAT_VERSION, **values})
+
+
+def _digest(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 

@@ -1,7 +1,7 @@
 """The lunar lander on the exact engine, behind Gymnasium's interfaces.
 
-Importing this package registers `touchdown/LunarLander-v3`, `touchdown/LunarLanderContinuous-v3` and
-the variants in `rules.VARIANTS` with Gymnasium. All run on the exact engine.
+Importing this package registers `touchdown/LunarLander-v3`, `touchdown/LunarLanderContinuous-v3`
+and the variants in `rules.VARIANTS` with Gymnasium. All run on the exact engine.
 """
 
 import gymnasium

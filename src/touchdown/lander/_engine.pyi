@@ -33,6 +33,17 @@ class Batch:
         terminated: Bool[np.ndarray, " N"],
         tasks: UInt8[np.ndarray, " N"] | None = None,
     ) -> None: ...
+    def step_episodes(
+        self,
+        actions: Int64[np.ndarray, " N"] | Float32[np.ndarray, "N 2"],
+        observations: Float32[np.ndarray, "N 8"],
+        rewards: Float64[np.ndarray, " N"],
+        terminated: Bool[np.ndarray, " N"],
+        truncated: Bool[np.ndarray, " N"],
+        steps: Int64[np.ndarray, " N"],
+        ended: Bool[np.ndarray, " N"],
+        limit: int,
+    ) -> None: ...
     def snapshot(self, index: int) -> bytes: ...
     def restore(self, index: int, snapshot: bytes) -> None: ...
     def copy(self, index: int, to: Sequence[int]) -> None: ...

@@ -21,7 +21,6 @@ from touchdown.lander.rules import (
     MAX_EPISODE_STEPS,
     NOTHING,
     OBSERVATION_SIZE,
-    STEP,
     limit_of,
 )
 from touchdown.lander.snapshots import check_steps, seal, unseal
@@ -183,15 +182,10 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
     ) -> tuple[FloatArray, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
         if self.autoreset_mode == AutoresetMode.DISABLED and self._ended.any():
             raise ValueError("environments whose episode ended must be reset before a step")
-        self._take(actions)
+        taken = self._taken(actions)
         arrays = StepArrays.empty(self.num_envs) if out is None else self._checked(out)
+        self._batch.step_episodes(taken, *arrays, self._steps, self._ended, self._limit)
         observations, rewards, terminated, truncated = arrays
-        np.add(self._ended, STEP, out=self._tasks, casting="unsafe")  # STEP + 1 is BEGIN
-        self._batch.step(self._actions, observations, rewards, terminated, self._tasks)
-        self._steps += 1
-        np.putmask(self._steps, self._ended, 0)
-        np.greater_equal(self._steps, self._limit, out=truncated)
-        np.logical_or(terminated, truncated, out=self._ended)
         np.copyto(self._observations, observations)
         infos: dict[str, Any] = {}
         if self.autoreset_mode == AutoresetMode.SAME_STEP and self._ended.any():
@@ -338,14 +332,27 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
         )
         np.putmask(self._steps, self._tasks == BEGIN, 0)
 
-    def _take(self, actions: NDArray[Any]) -> None:
+    def _taken(self, actions: NDArray[Any]) -> NDArray[Any]:
+        """The actions as the engine takes them, copied only if they are of another type or order.
+
+        Raises:
+            ValueError: they have another shape, or a type that is not a number of the same kind.
+        """
         given = np.asarray(actions)
         taken = self._actions
+        if (
+            given.dtype == taken.dtype
+            and given.shape == taken.shape
+            and given.flags.c_contiguous
+            and given.flags.aligned
+        ):
+            return given
         if given.shape != taken.shape or not np.can_cast(given.dtype, taken.dtype, "same_kind"):
             raise ValueError(
                 f"actions are {given.dtype}{given.shape}, must be {taken.dtype}{taken.shape}"
             )
         np.copyto(taken, given, casting="same_kind")
+        return taken
 
     def _checked(self, out: StepArrays) -> StepArrays:
         for name, given, wanted in zip(StepArrays._fields, out, self._unused, strict=True):

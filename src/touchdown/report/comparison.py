@@ -16,7 +16,8 @@ from touchdown.report.page import Page, Section, Table, write_page
 from touchdown.report.provenance import machine_facts
 from touchdown.runs.run import Run
 from touchdown.studies.plan import Factor, Level, Study
-from touchdown.studies.results import StudyResults, read_run
+from touchdown.studies.results import StudyResults
+from touchdown.studies.run_result import read_run
 
 _SHOWN = 4  # differing settings in a level's name
 

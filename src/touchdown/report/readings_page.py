@@ -22,9 +22,10 @@ from touchdown.studies.multiverse import (
     paper_distances,
     read_claims,
 )
-from touchdown.studies.paper import LOOKS, Scale
+from touchdown.studies.paper import Scale
 from touchdown.studies.paper.readings import AXES, Reading, reading_studies, readings
 from touchdown.studies.results import read_study
+from touchdown.studies.run_result import RunResult
 from touchdown.studies.store import Store
 
 _LEAST_SPREAD = 0.25
@@ -61,8 +62,9 @@ def write_readings_report(
     Raises:
         UserError: the runs' files are broken, or something cannot be written.
     """
+    read: dict[str, RunResult] = {}
     results = {
-        study.name: read_study(study, seeds or study.seeds, store)
+        study.name: read_study(study, seeds or study.seeds, store, read)
         for studies in reading_studies(scale).values()
         for study in studies
     }
@@ -76,7 +78,7 @@ def write_readings_report(
         (folder / "figures").mkdir()
         page = Page(
             title="The paper, in every reading",
-            lead=" ".join(filter(None, (_LEAD, *_preview(scale), not_done, note))),
+            lead=" ".join(filter(None, (_LEAD, not_done, note))),
             facts=(("readings", str(len(readings()))), *page_facts(known, (), scale)),
             sections=(
                 _map_section(found, folder / "figures" / "verdicts"),
@@ -103,13 +105,6 @@ def _in_shipped(found: Sequence[ReadClaim]) -> dict[str, list[Decision]]:
             if reading.is_shipped:
                 decisions.setdefault(each.topic.name, []).append(decision)
     return decisions
-
-
-def _preview(scale: Scale) -> list[str]:
-    """What the verdicts of a scale are worth whose clocks are not the paper's."""
-    if LOOKS[scale]:
-        return []
-    return ["This is a preview: at the quick scale, the clocks are not the paper's."]
 
 
 def _map_section(found: Sequence[ReadClaim], stem: Path) -> Section:

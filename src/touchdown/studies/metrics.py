@@ -16,6 +16,7 @@ METRICS = {
     "hover_peak_share": "largest share, of any 100 training episodes in a row, that ran 1000 steps",
     "worst_return": "lowest test return",
     "share_solved": "share of test returns that reach the environment's threshold",
+    "last_share_solved": "share of test returns of the final weights that reach the threshold",
     "overestimation": "what the final weights expect of a test episode minus what it brings, "
     "discounted",
     "rewarded_share": "share of the replay memory, at the end of training, with a reward above "
@@ -25,7 +26,14 @@ METRICS = {
 DEFAULT_METRIC = "best_return"
 TIMES = {"env_steps_to_solved": "environment steps until a validation first reached the threshold"}
 """Metrics of claims alone: a time is ∞ for a run that never got there, so it has no mean."""
-TEST_METRICS = ("best_return", "last_return", "worst_return", "share_solved", "overestimation")
+TEST_METRICS = (
+    "best_return",
+    "last_return",
+    "worst_return",
+    "share_solved",
+    "last_share_solved",
+    "overestimation",
+)
 """Metrics that need a test."""
 
 
@@ -40,7 +48,7 @@ def is_return(metric: str) -> bool:
 
 def is_share(metric: str) -> bool:
     """Whether a metric is a share, from 0 to 1, rather than return points."""
-    return metric.endswith("_share") or metric == "share_solved"
+    return metric.endswith(("_share", "share_solved"))
 
 
 def formatter(metric: str, groups: Iterable[FloatArray]) -> Callable[[float], str]:

@@ -1,7 +1,7 @@
 """The paper's claims in every reading: where they hold, and which choice turns them."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,6 +19,8 @@ from touchdown.studies.results import StudyResults
 
 PAPER_RETURNS: Mapping[str, float] = {"target-dqn": 170.0, "preferential-dqn": 199.0, BEST: 221.0}
 """The paper's own returns, by the level of the study `ladder`."""
+_OF_FINAL = {"best_return": "last_return", "share_solved": "last_share_solved"}
+"""What a literal reading tests instead of the selected checkpoint: the weights at the end."""
 _HOLD = ("holds", "reached and exceeded")
 
 
@@ -128,8 +130,11 @@ def _decisions(
     found = results.get(reading.name_of(topic.study.name))
     if found is None or not found.runs:
         return []
-    metric = topic.metric if topic.metric != "best_return" else reading.metric
-    decisions = decide(topic.claims, found.named, metric, with_advice=False)
+    metric, claims = topic.metric, topic.claims
+    if not reading.is_preset:
+        metric = _OF_FINAL.get(metric, metric)
+        claims = [replace(each, metric=_OF_FINAL.get(each.metric, each.metric)) for each in claims]
+    decisions = decide(claims, found.named, metric, with_advice=False)
     return [each for each in decisions if each.seeds]  # the others have no runs yet
 
 

@@ -3,12 +3,12 @@
 import itertools
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from typing import Any, cast
 
 from touchdown.config import presets, toml
 from touchdown.config.checks import is_plain_name
 from touchdown.config.config import Config
+from touchdown.config.digest import digest_with_seed
 from touchdown.core.complaints import complaint
 from touchdown.core.errors import UserError
 from touchdown.core.names import hint
@@ -118,12 +118,12 @@ class PlannedRun:
     @property
     def config(self) -> Config:
         """All settings of the run."""
-        return _with_seed(self.cell.config, self.seed)[0]
+        return replace(self.cell.config, seed=self.seed)
 
     @property
     def digest(self) -> str:
         """Identifier of the run; studies with the same run share it."""
-        return _with_seed(self.cell.config, self.seed)[1]
+        return digest_with_seed(self.cell.config, self.seed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -274,14 +274,6 @@ class Study:
             rest = {name: value for name, value in changes.items() if name != "preset"}
             config = toml.replace_fields(config, rest, where)
         return cast(Config, config)
-
-
-# several studies of one page ask for the same thousands, which take a millisecond each
-@lru_cache(maxsize=1 << 16)
-def _with_seed(config: Config, seed: int) -> tuple[Config, str]:
-    """The config with a seed, and its digest."""
-    seeded = replace(config, seed=seed)
-    return seeded, seeded.digest
 
 
 def check_seeds(seeds: int, first_seed: int = 0) -> None:

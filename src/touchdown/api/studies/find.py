@@ -176,6 +176,10 @@ def find_study(
     topics = paper.topics(scale)
     name = str(study)
     if name == READINGS:
+        if not LOOKS[scale]:
+            raise UserError(
+                f"scale = {scale!r}: must be full for {READINGS}; the quick scale decides no claim"
+            )
         each = [study for studies in reading_studies(scale).values() for study in studies]
         planned = tuple((study, seeds or study.seeds) for study in each)
         return StudySelection(name, scale, None, planned, (), (), seeds, is_paper=True)

@@ -11,6 +11,7 @@ from touchdown.runs.run import Run
 from touchdown.studies import results, run_lines
 from touchdown.studies import store as stores
 from touchdown.studies.run_lines import RunLine
+from touchdown.studies.run_result import RunResult
 from touchdown.studies.store import DEFAULT_RESULTS
 
 
@@ -58,9 +59,10 @@ def export_results(
     if not selection.studies:
         raise UserError(f"study {selection.name!r}: has no training runs to export")
     lines: dict[str, RunLine] = {}
+    known: dict[str, RunResult] = {}
     for each, seeds in selection.studies:
         most = max((seeds, *each.looks))
-        for run in results.read_study(each, most, store).runs:
+        for run in results.read_study(each, most, store, known).runs:
             lines.setdefault(run.name, results.line_of(run, each))
     if not lines:
         raise UserError(

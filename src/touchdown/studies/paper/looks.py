@@ -16,6 +16,7 @@ from touchdown.studies.paper.levels import BEST, FIRST_SEED, LADDER_SEEDS, LOOKS
 from touchdown.studies.pid_results import PidResult, read_pid
 from touchdown.studies.plan import FIRST_TUNING_SEED
 from touchdown.studies.results import StudyResults, read_study
+from touchdown.studies.run_result import RunResult
 from touchdown.studies.store import Store
 from touchdown.studies.work import PidJob, TrainJob
 
@@ -61,8 +62,10 @@ def preview_paper(
         UserError: a finished run's files are broken.
     """
     studies = {topic.study.name: topic.study for topic in chosen if topic.study}
+    known: dict[str, RunResult] = {}
     results = {
-        name: read_study(study, seeds or study.seeds, store) for name, study in studies.items()
+        name: read_study(study, seeds or study.seeds, store, known)
+        for name, study in studies.items()
     }
     tuned = read_pid(pid_jobs(scale, seeds), store)
     distances = None
@@ -90,19 +93,20 @@ def read_paper(scale: Scale, store: Store) -> PaperResults:
         UserError: a finished run's files are broken.
     """
     first, *others = LOOKS[scale]
-    found = _read_until(scale, store, first)
+    known: dict[str, RunResult] = {}
+    found = _read_until(scale, store, first, known)
     for most in others:  # most later seeds are never run; looking for all of them would be slow
         if max(seeds for cells in found.seeds_needed.values() for seeds in cells.values()) < most:
             break
-        found = _read_until(scale, store, most)
+        found = _read_until(scale, store, most, known)
     return found
 
 
-def _read_until(scale: Scale, store: Store, most: int) -> PaperResults:
+def _read_until(scale: Scale, store: Store, most: int, known: dict[str, RunResult]) -> PaperResults:
     """Like `read_paper`, with the first seeds alone."""
     of = topics(scale)
     studies = {topic.study.name: topic.study for topic in of.values() if topic.study}
-    results = {name: read_study(study, most, store) for name, study in studies.items()}
+    results = {name: read_study(study, most, store, known) for name, study in studies.items()}
     tuned = read_pid(pid_jobs(scale, most), store)
     distances = alike.agent_distances(results["ladder"], (BEST,), store)
     asked: list[tuple[str, Question]] = []
