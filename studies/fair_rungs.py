@@ -4,37 +4,62 @@
     python studies/fair_rungs.py write         # studies/fair-rungs.toml, from studies/tuned/
     touchdown study run studies/fair-rungs.toml
     touchdown study report studies/fair-rungs.toml
+    python studies/fair_rungs.py show          # the table and pictures of the ladder's pages
 
 `studies/spaces` has what is searched, by rung. The tuning seeds are not those of the study.
 """
 
 import argparse
+import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from touchdown.api import studies
 from touchdown.config import toml
 from touchdown.config.config import Config
 from touchdown.config.fields import flat
+from touchdown.config.ladder import BUILDS_ON
 from touchdown.config.presets import preset
 from touchdown.core import files
+from touchdown.core.errors import UserError
+from touchdown.core.types import FloatArray
+from touchdown.figures import rungs as figures
+from touchdown.figures import style
+from touchdown.report.tables import interval_text
+from touchdown.stats.compare import compare
+from touchdown.stats.location import median_interval
 from touchdown.studies import study_file
 from touchdown.studies.changes import nested
+from touchdown.studies.findings import p_text
 from touchdown.studies.plan import Factor, Level, Study
+from touchdown.studies.results import StudyResults, read_study
 from touchdown.studies.space import read_space
+from touchdown.studies.store import DEFAULT_RESULTS, open_store
 
 HERE = Path(__file__).parent
+PICTURES = HERE.parent / "docs" / "pictures" / "ladder"
 SPACES, TUNED, STUDY = HERE / "spaces", HERE / "tuned", HERE / "fair-rungs.toml"
-TRIALS, TUNING_SEEDS, ENV_STEPS = 24, 2, 180_000
+TRIALS, TUNING_SEEDS, ENV_STEPS = 16, 2, 180_000
 SEEDS, FIRST_SEED = 10, 10
+BASE = "vector-dqn"
+SOLVED = 200.0
 
 
 def rungs() -> list[str]:
     """The rungs with a space, sorted by name, with the base first."""
-    return sorted((path.stem for path in SPACES.glob("*.toml")), key=lambda of: of != "vector-dqn")
+    names = (path.stem for path in SPACES.glob("*.toml"))
+    return sorted(names, key=lambda name: (name != BASE, name))
 
 
-def tune() -> None:
+def tuned_name(rung: str) -> str:
+    """The level of a rung with the settings that were found."""
+    return f"{rung}, tuned"
+
+
+def tune(results_dir: Path) -> None:
     """Search the settings of each rung."""
     TUNED.mkdir(exist_ok=True)
     for rung in rungs():
@@ -48,6 +73,7 @@ def tune() -> None:
             env_steps=ENV_STEPS,
             space=SPACES / f"{rung}.toml",
             out=out,
+            results_dir=results_dir,
             progress=True,
         )
         print(f"{rung}: {found}", flush=True)
@@ -72,7 +98,7 @@ def study() -> Study:
         for rung in rungs()
         for level in (
             Level(rung, {"preset": rung}),
-            Level(f"{rung}, tuned", {"preset": rung, **tuned_changes(rung)}),
+            Level(tuned_name(rung), {"preset": rung, **tuned_changes(rung)}),
         )
     ]
     return Study(
@@ -82,8 +108,8 @@ def study() -> Study:
             f"How much does each rung return in {ENV_STEPS:,} environment steps, after the same "
             f"search of {TRIALS} trials?"
         ),
-        base="vector-dqn",
-        base_level="vector-dqn",
+        base=BASE,
+        base_level=BASE,
         seeds=SEEDS,
         first_seed=FIRST_SEED,
         changes={
@@ -99,16 +125,71 @@ def study() -> Study:
     )
 
 
-def main() -> None:
-    """Tune, or write the study."""
-    parser = argparse.ArgumentParser(description="Tune every rung with the same budget.")
-    parser.add_argument("what", choices=("tune", "write"))
-    if parser.parse_args().what == "tune":
-        tune()
+def show(results_dir: Path) -> None:
+    """Print the table of the rungs as Markdown, and draw each beside the rung that it builds on."""
+    study = study_file.from_toml(STUDY)
+    results = read_study(study, study.seeds, open_store(results_dir))
+    columns = ("rung", "n", "untuned: median [95%]", "≥ 200", "tuned: median [95%]", "≥ 200")
+    print("|", " | ".join((*columns, "gain [95%]", "p")), "|")
+    print("| --- |" + " ---: |" * 7)
+    for rung in rungs():
+        before, after = (results.values((each,)) for each in (rung, tuned_name(rung)))
+        if min(len(before), len(after)) < 2:
+            continue
+        found = compare(before, after)
+        print(
+            f"| [`{rung}`]({page_of(rung)}) | {len(before)} | {cells_of(before)} "
+            f"| {cells_of(after)} | {interval_text(found.difference)} | {p_text(found.p_value)} |"
+        )
+    for rung in rungs():
+        save_picture(results, rung)
+
+
+def page_of(rung: str) -> str:
+    """The page of a rung, beside the table."""
+    return f"{rung.removesuffix('-lite')}.md"
+
+
+def cells_of(returns: FloatArray) -> str:
+    """The median of the seeds with its interval, and how many of them solve the lander."""
+    return f"{interval_text(median_interval(returns))} | {np.sum(returns >= SOLVED)}"
+
+
+def save_picture(results: StudyResults, rung: str) -> None:
+    """The rung untuned and tuned over training, with the rung that it builds on."""
+    base = BUILDS_ON.get(rung, BASE)
+    names = [*dict.fromkeys((base if base in rungs() else BASE, rung)), tuned_name(rung)]
+    curves: Mapping[str, Any] = {
+        name: [run.validations for run in results.of((name,))] for name in names
+    }
+    known = {name: of for name, of in curves.items() if of}
+    if not known:
         return
-    head = "# Written by `python studies/fair_rungs.py write`.\n"
-    files.write_atomic(STUDY, head + study_file.to_toml(study()))
-    print(STUDY)
+    figure = style.new_figure(7.2, 3.8)
+    figures.draw_rungs(figure.subplots(), known)
+    style.save(figure, PICTURES / f"{rung}.png")
+
+
+def main() -> None:
+    """Tune, write the study, or show its results."""
+    parser = argparse.ArgumentParser(description="Tune every rung with the same budget.")
+    parser.add_argument("what", choices=("tune", "write", "show"))
+    parser.add_argument(
+        "--results-dir", type=Path, default=DEFAULT_RESULTS, help="folder that holds the runs"
+    )
+    args = parser.parse_args()
+    try:
+        if args.what == "tune":
+            tune(args.results_dir)
+        elif args.what == "show":
+            show(args.results_dir)
+        else:
+            head = "# Written by `python studies/fair_rungs.py write`.\n"
+            files.write_atomic(STUDY, head + study_file.to_toml(study()))
+            print(STUDY)
+    except UserError as error:
+        print(f"fair_rungs.py: {error}", file=sys.stderr)
+        sys.exit(2)
 
 
 if __name__ == "__main__":

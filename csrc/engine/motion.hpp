@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <type_traits>
 
+#include "engine/lane_rotation.hpp"
 #include "engine/lanes.hpp"
 #include "engine/math.hpp"
 #include "engine/settings.hpp"
@@ -37,12 +38,7 @@ inline BasicRotation<F> rotation(BasicPose<F>& pose) {
   if constexpr (std::is_same_v<F, float>) {
     pose.cached_rotation = rotation(pose.angle);
   } else {
-    for (std::size_t lane = 0; lane < sizeof(F) / sizeof(float); ++lane) {
-      if (stale[lane] == 0) continue;
-      const Rotation q = rotation(pose.angle[lane]);
-      pose.cached_rotation.sin[lane] = q.sin;
-      pose.cached_rotation.cos[lane] = q.cos;
-    }
+    pose.cached_rotation = lane_rotation(pose.angle);  // equal angles have equal rotations
   }
   pose.cached_angle = pose.angle;
   return pose.cached_rotation;

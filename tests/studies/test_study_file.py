@@ -71,7 +71,7 @@ def test_a_study_in_a_file(tmp_path):
         ("[[factor]]\nname = 'x'\n[[factor.level]]\ngamma = 1", "must be a table with a label"),
         ("seeds = 0.5", r"seeds = 0\.5: must be a whole number"),
         ("base = 'nothing'\n[[factor]]\nfield = 'seed'\nvalues = [1]", "preset 'nothing'"),
-        ("format_version = 9", "format_version = 9: this touchdown reads 1"),
+        ("format_version = 9", "format_version = 9: must be 1 in this version"),
         ("seeds = 3", "has 0 factors, must be from 1 to 3"),
         ("factor = 3", "factor = 3: must be tables"),
         ("claim = 3", r"claim = 3: must be tables"),

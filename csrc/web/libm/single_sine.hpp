@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "engine/sine_series.hpp"
 #include "web/libm/error_free.hpp"
 
 namespace touchdown::web {
@@ -23,38 +24,15 @@ struct QuarterTurns {
 
 namespace single {
 
-// Plain multiplications and additions, or fused ones.
-struct Plain {
-  static constexpr double sum(double a, double b, double c) { return a * b + c; }
-};
-struct Fused {
+// Multiplications and additions of which each pair is rounded once.
+struct FusedArithmetic {
   static constexpr double sum(double a, double b, double c) { return fused(a, b, c); }
 };
 
 template <typename Arithmetic>
-constexpr double sine_series(double x) {
-  constexpr double c3 = -0x1.555545995a603p-3, c5 = 0x1.1107605230bc4p-7;
-  constexpr double c7 = -0x1.994eb3774cf24p-13;
-  const double square = x * x;
-  const double cube = square * x;
-  return Arithmetic::sum(cube * square, Arithmetic::sum(square, c7, c5),
-                         Arithmetic::sum(cube, c3, x));
-}
-
-template <typename Arithmetic>
-constexpr double cosine_series(double x) {
-  constexpr double c2 = -0x1.ffffffd0c621cp-2, c4 = 0x1.55553e1068f19p-5;
-  constexpr double c6 = -0x1.6c087e89a359dp-10, c8 = 0x1.99343027bf8c3p-16;
-  const double square = x * x;
-  const double fourth = square * square;
-  return Arithmetic::sum(square * fourth, Arithmetic::sum(square, c8, c6),
-                         Arithmetic::sum(fourth, c4, Arithmetic::sum(square, c2, 1.0)));
-}
-
-template <typename Arithmetic>
 constexpr double series(QuarterTurns angle) {
-  const double value = angle.count % 2 == 0 ? sine_series<Arithmetic>(angle.rest)
-                                            : cosine_series<Arithmetic>(angle.rest);
+  const double value = angle.count % 2 == 0 ? engine::sine_series<Arithmetic>(angle.rest)
+                                            : engine::cosine_series<Arithmetic>(angle.rest);
   return angle.count % 4 < 2 ? value : -value;
 }
 
@@ -62,17 +40,12 @@ constexpr std::uint32_t magnitude_bits(float x) {
   return std::bit_cast<std::uint32_t>(x) & 0x7fffffffu;
 }
 
-// For angles below 120. Half a turn has 53 bits: its product with the count is subtracted in two
-// parts, both exact, so that there is only one rounding, as in a fused multiply-add.
+// For angles below 120.
 constexpr QuarterTurns reduce_small(float x) {
-  constexpr double quarters_per_radian = 0x1.45f306dc9c883p-1;
-  constexpr double quarter_high = 0x1.921fb5444p0, quarter_low = 0x1.68cp-39;
-  static_assert(quarter_high + quarter_low == 0x1.921fb54442d18p0);
-  // Rounded to a whole number by way of a fixed-point number with 24 binary places.
-  constexpr int places = 24;
-  const auto fixed = static_cast<std::int32_t>(x * (quarters_per_radian * (1 << places)));
-  const std::int32_t count = (fixed + (1 << (places - 1))) >> places;
-  return {static_cast<unsigned>(count), (x - count * quarter_high) - count * quarter_low};
+  const auto fixed = static_cast<std::int32_t>(x * engine::kQuartersPerRadian);
+  const std::int32_t count = (fixed + (1 << (engine::kCountPlaces - 1))) >> engine::kCountPlaces;
+  return {static_cast<unsigned>(count),
+          (x - count * engine::kQuarterHigh) - count * engine::kQuarterLow};
 }
 
 // For all finite angles from 120 on: the float's 24 bits times the 96 bits of 2/π, in units of a
@@ -107,11 +80,11 @@ constexpr float sine_after(float x, unsigned quarters) {
                                                         : reduce_large(x);
   angle.count += quarters;
   // Both series differ by a few units in the last place of a double, which a float seldom shows.
-  const double plain = series<Plain>(angle);
-  const double slack = plain * 0x1p-49;
+  const double plain = series<engine::PlainArithmetic>(angle);
+  const double slack = plain * engine::kSeriesSlack;
   const auto rounded = static_cast<float>(plain - slack);
   if (rounded == static_cast<float>(plain + slack)) return rounded;
-  return static_cast<float>(series<Fused>(angle));
+  return static_cast<float>(series<FusedArithmetic>(angle));
 }
 
 constexpr std::uint32_t kTiny = 0x39800000;  // 2^-12

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import tomli_w
 
 from touchdown.config.digest import FORMER_NAMES
-from touchdown.core import limits, reading
+from touchdown.core import limits, reading, records
 from touchdown.core.errors import UserError, one_line
 from touchdown.core.names import check_misspelt, hint
 
@@ -115,12 +115,7 @@ def without_version(values: Mapping[str, Any], path: Path) -> dict[str, Any]:
         UserError: it is another.
     """
     values = dict(values)
-    version = values.pop("format_version", FORMAT_VERSION)
-    if version != FORMAT_VERSION:
-        raise UserError(
-            f"{path}: format_version = {version!r}: must be {FORMAT_VERSION} "
-            "in this version of touchdown"
-        )
+    records.check_readable(values.pop("format_version", FORMAT_VERSION), [FORMAT_VERSION], path)
     return values
 
 

@@ -105,10 +105,23 @@ def check_version(data: bytes, readable: Sequence[int], where: object) -> None:
     Raises:
         UserError: the text is not JSON, or its `format_version` is another.
     """
-    found = decode(data, _Versioned, where).format_version
-    if found not in readable or isinstance(found, bool):
+    check_readable(decode(data, _Versioned, where).format_version, readable, where)
+
+
+def check_readable(version: object, readable: Sequence[int | str], where: object) -> None:
+    """Refuse a `format_version` that this version of touchdown cannot read.
+
+    Args:
+        version: the version of the file; in the metadata of tensors, it is text.
+        readable: the versions that can be read.
+        where: source named in error messages, such as the file's path.
+
+    Raises:
+        UserError: it is another.
+    """
+    if version not in readable or isinstance(version, bool):
         raise UserError(
-            f"{where}: format_version = {found!r}: must be {' or '.join(map(str, readable))} "
+            f"{where}: format_version = {version!r}: must be {' or '.join(map(str, readable))} "
             "in this version of touchdown"
         )
 

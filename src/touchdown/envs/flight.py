@@ -140,12 +140,7 @@ def load_flights(path: Path) -> list[Flight]:
         UserError: the file is missing, truncated, of another version, or something else.
     """
     tensors, metadata = files.read_tensors(path)
-    version = metadata.get("format_version")
-    if version != str(FORMAT_VERSION):
-        raise UserError(
-            f"{path}: format_version = {version!r}: must be {FORMAT_VERSION} "
-            "in this version of touchdown"
-        )
+    records.check_readable(metadata.get("format_version"), [str(FORMAT_VERSION)], path)
     where = f"{path}: not recorded flights"
     known = records.decode(metadata.get("flights", ""), list[_Facts], where)
     try:

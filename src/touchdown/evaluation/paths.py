@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from touchdown.core import files
+from touchdown.core import files, records
 from touchdown.core.errors import UserError
 from touchdown.core.types import FloatArray, IntArray
 
@@ -67,12 +67,7 @@ def load_paths(path: Path) -> FlightPaths:
         UserError: the file is missing, truncated, of another version, or something else.
     """
     tensors, metadata = files.read_tensors(path)
-    version = metadata.get("format_version")
-    if version != str(FORMAT_VERSION):
-        raise UserError(
-            f"{path}: format_version = {version!r}: must be {FORMAT_VERSION} "
-            "in this version of touchdown"
-        )
+    records.check_readable(metadata.get("format_version"), [str(FORMAT_VERSION)], path)
     try:
         found = {int(start): tensors[str(start)] for start in json.loads(metadata["starts"])}
     except (KeyError, TypeError, ValueError):

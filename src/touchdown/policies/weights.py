@@ -227,10 +227,5 @@ def _read(path: Path) -> tuple[Tensors, _Metadata]:
             )
     if said := finite.complaint(tensors):
         raise UserError(f"{path}: {said}; its training diverged")
-    version = texts.get("format_version")
-    if version != str(WEIGHTS_FORMAT_VERSION):
-        raise UserError(
-            f"{path}: format_version = {version!r}: must be {WEIGHTS_FORMAT_VERSION} "
-            "in this version of touchdown"
-        )
+    records.check_readable(texts.get("format_version"), [str(WEIGHTS_FORMAT_VERSION)], path)
     return tensors, records.convert(texts, _Metadata, f"{path}: not a policy's weights")

@@ -74,11 +74,7 @@ def from_toml(path: Path) -> Study:
             factor is empty, the config refuses a value, or a claim cannot be decided.
     """
     file = records.convert(toml.read_toml(path), _StudyFile, path)
-    if file.format_version != FORMAT_VERSION:
-        raise UserError(
-            f"{path}: format_version = {file.format_version!r}: this touchdown reads "
-            f"{FORMAT_VERSION}"
-        )
+    records.check_readable(file.format_version, [FORMAT_VERSION], path)
     base = file.base
     if not isinstance(base, str):
         base = toml.replace_fields(Config(), base, f"{path} [base]")
