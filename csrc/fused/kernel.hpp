@@ -5,6 +5,7 @@
 
 #include "fused/learning.hpp"
 #include "fused/network.hpp"
+#include "fused/noise.hpp"
 #include "simd/instruction_set.hpp"
 
 namespace touchdown::fused {
@@ -21,6 +22,8 @@ struct NetworkKernel {
   // The weights that a sample of noise [num_noise] gives a noisy network; null: their means.
   void (*sample_weights)(const Network& network, const float* params, const float* noise,
                          float* sampled);
+  // f(ε) = sgn(ε)·√|ε| of `count` normal numbers, those that `jax.random.normal` draws.
+  void (*scaled_normals)(Key key, std::size_t count, float* scaled);
   // One update from the samples `first` to `first + batch_size`; writes their TD errors. `noise` of
   // a noisy network is a sample each for Q(s,·), for the network that bootstraps and, with double
   // Q-learning, for the selection.

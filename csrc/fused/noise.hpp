@@ -9,6 +9,8 @@
 
 namespace touchdown::fused {
 
+inline constexpr std::uint32_t kThreefryParity = 0x1BD11BDA;
+
 struct Key {
   std::uint32_t first = 0;
   std::uint32_t second = 0;
@@ -26,9 +28,6 @@ struct NoiseSource {
 
   Key key() const { return derived(derived({0, seed}, purpose), number); }
 };
-
-// A normal number, as `jax.random.normal` draws it as the one with that number in an array.
-float normal(Key key, std::uint64_t number);
 
 // f(ε) = sgn(ε)·√|ε| for the outputs and then the inputs of each linear layer, in the order of the
 // parameters; [num_noise].

@@ -15,6 +15,7 @@
 #include "fused/learning.hpp"
 #include "fused/network.hpp"
 #include "fused/noisy.hpp"
+#include "fused/normals.hpp"
 #include "fused/optimizer.hpp"
 #include "fused/panels.hpp"
 #include "fused/prediction.hpp"
@@ -123,8 +124,8 @@ Metrics update(const Network& network, const Rule& rule, const Learner& learner,
 
 }  // namespace
 
-extern const NetworkKernel kKernel{&update_workspace, &values_workspace, &values, &sample_weights,
-                                   &update};
+extern const NetworkKernel kKernel{&update_workspace, &values_workspace, &values,
+                                   &sample_weights,   &scaled_normals,   &update};
 
 }  // namespace TOUCHDOWN_KERNEL
 }  // namespace touchdown::fused
