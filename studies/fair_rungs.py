@@ -28,8 +28,9 @@ from touchdown.core.errors import UserError
 from touchdown.core.types import FloatArray
 from touchdown.figures import rungs as figures
 from touchdown.figures import style
+from touchdown.lander import rules
 from touchdown.report.tables import interval_text
-from touchdown.stats.compare import compare
+from touchdown.stats.compare import compare, holm
 from touchdown.stats.location import median_interval
 from touchdown.studies import study_file
 from touchdown.studies.changes import nested
@@ -45,7 +46,6 @@ SPACES, TUNED, STUDY = HERE / "spaces", HERE / "tuned", HERE / "fair-rungs.toml"
 TRIALS, TUNING_SEEDS, ENV_STEPS = 16, 2, 180_000
 SEEDS, FIRST_SEED = 10, 10
 BASE = "vector-dqn"
-SOLVED = 200.0
 
 
 def rungs() -> list[str]:
@@ -132,14 +132,17 @@ def show(results_dir: Path) -> None:
     columns = ("rung", "n", "untuned: median [95%]", "≥ 200", "tuned: median [95%]", "≥ 200")
     print("|", " | ".join((*columns, "gain [95%]", "p")), "|")
     print("| --- |" + " ---: |" * 7)
-    for rung in rungs():
-        before, after = (results.values((each,)) for each in (rung, tuned_name(rung)))
-        if min(len(before), len(after)) < 2:
-            continue
-        found = compare(before, after)
+    returns = {
+        rung: [results.values((each,)) for each in (rung, tuned_name(rung))] for rung in rungs()
+    }
+    known = {rung: each for rung, each in returns.items() if min(map(len, each)) > 1}
+    compared = [compare(*each) for each in known.values()]
+    corrected = holm([found.p_value for found in compared])
+    for (rung, each), found, p in zip(known.items(), compared, corrected, strict=True):
+        count = " and ".join(map(str, dict.fromkeys(map(len, each))))
         print(
-            f"| [`{rung}`]({page_of(rung)}) | {len(before)} | {cells_of(before)} "
-            f"| {cells_of(after)} | {interval_text(found.difference)} | {p_text(found.p_value)} |"
+            f"| [`{rung}`]({page_of(rung)}) | {count} | {' | '.join(map(cells_of, each))} "
+            f"| {interval_text(found.difference)} | {p_text(p)} |"
         )
     for rung in rungs():
         save_picture(results, rung)
@@ -152,7 +155,7 @@ def page_of(rung: str) -> str:
 
 def cells_of(returns: FloatArray) -> str:
     """The median of the seeds with its interval, and how many of them solve the lander."""
-    return f"{interval_text(median_interval(returns))} | {np.sum(returns >= SOLVED)}"
+    return f"{interval_text(median_interval(returns))} | {np.sum(returns >= rules.SOLVED_RETURN)}"
 
 
 def save_picture(results: StudyResults, rung: str) -> None:

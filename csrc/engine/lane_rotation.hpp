@@ -8,6 +8,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -88,27 +89,38 @@ inline Whole<F> rotate_lanes(F angle, BasicRotation<F>& rotation) {
   return is_known;
 }
 
-// Whether the C library's sines and cosines are those of the polynomial, by a sample of angles up
-// to 120. Another approximation, even one that always rounds correctly, differs in one of a
-// hundred.
+// Whether the C library's sines and cosines are those of the polynomial, by a sample: 8,192 angles
+// up to 120, and those next to the eighths of a turn, where the reduction loses most digits.
+// Another approximation, even one that always rounds correctly, differs in one angle of a hundred.
 template <typename F>
 bool agrees_with_library() {
-  constexpr std::size_t lanes = sizeof(F) / sizeof(float);
-  std::uint32_t state = 1;
-  for (int i = 0; i < 512; ++i) {
-    F angle;
-    for (std::size_t lane = 0; lane < lanes; ++lane) {
-      state = state * 1664525u + 1013904223u;
-      const float unit = static_cast<float>(state >> 8) * 0x1p-23f - 1.0f;
-      angle[lane] = i % 4 == 0 ? 119.0f * unit : 3.2f * unit;
-    }
+  constexpr int lanes = sizeof(F) / sizeof(float);
+  const auto agrees = [](F angle) {
     BasicRotation<F> found;
     const auto known = rotate_lanes(angle, found);
-    for (std::size_t lane = 0; lane < lanes; ++lane) {
+    for (int lane = 0; lane < lanes; ++lane) {
       if (known[lane] == 0) continue;
       const Rotation right = rotation(angle[lane]);
       if (found.sin[lane] != right.sin || found.cos[lane] != right.cos) return false;
     }
+    return true;
+  };
+  std::uint32_t state = 1;
+  F angle;
+  for (int i = 0; i < 8192; i += lanes) {
+    for (int lane = 0; lane < lanes; ++lane) {
+      state = state * 1664525u + 1013904223u;
+      const float unit = static_cast<float>(state >> 8) * 0x1p-23f - 1.0f;
+      angle[lane] = lane % 4 == 0 ? kSmallAngle * unit : 3.2f * unit;
+    }
+    if (!agrees(angle)) return false;
+  }
+  for (int eighths = -152; eighths <= 152; ++eighths) {
+    const auto middle = std::bit_cast<std::int32_t>(static_cast<float>(eighths * kEighthOfTurn));
+    for (int lane = 0; lane < lanes; ++lane) {
+      angle[lane] = std::bit_cast<float>(middle + lane - lanes / 2);
+    }
+    if (!agrees(angle)) return false;
   }
   return true;
 }

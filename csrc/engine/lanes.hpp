@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <type_traits>
 
 #if defined(__x86_64__)
@@ -104,6 +105,21 @@ template <typename Mask>
   requires(sizeof(Mask) == 64)
 inline bool any(Mask mask) {
   return _mm512_movepi32_mask(reinterpret_cast<__m512i>(mask)) != 0;
+}
+#endif
+
+#if !defined(__AVX512DQ__)
+// Of vectors that are wider than the registers.
+template <typename Mask>
+#if defined(__AVX2__)
+  requires(sizeof(Mask) > 32)
+#else
+  requires(sizeof(Mask) > 16)
+#endif
+inline bool any(Mask mask) {
+  bool found = false;
+  for (std::size_t lane = 0; lane < sizeof(Mask) / sizeof(int); ++lane) found |= mask[lane] != 0;
+  return found;
 }
 #endif
 

@@ -2,7 +2,7 @@
 //
 // Box2D: b2Math.h (b2Vec2, b2Rot, b2Transform, b2Mul, b2MulT). Every expression is part of the
 // promise that a flight equals stock Gymnasium's bit for bit: the order of operations and the
-// treatment of equal arguments are fixed, and sine and cosine are the C library's own.
+// treatment of equal arguments are fixed, and sine and cosine have the C library's bits.
 #pragma once
 
 #include <cfloat>

@@ -19,8 +19,8 @@ template <typename F>
 struct BasicPose {
   Vec<F> center;
   F angle;
-  // The last rotation computed. Iterations often return to an angle, and a sine costs as much as
-  // all the rest of an iteration.
+  // The last rotation computed. Iterations often return to an angle, and the C library's sine costs
+  // as much as all the rest of an iteration.
   F cached_angle;
   BasicRotation<F> cached_rotation;
 };

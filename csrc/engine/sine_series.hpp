@@ -39,6 +39,7 @@ constexpr Double cosine_series(Double x) {
 inline constexpr float kSmallAngle = 120.0f;
 inline constexpr double kQuarterHigh = 0x1.921fb5444p0, kQuarterLow = 0x1.68cp-39;
 static_assert(kQuarterHigh + kQuarterLow == 0x1.921fb54442d18p0);
+inline constexpr double kEighthOfTurn = (kQuarterHigh + kQuarterLow) / 2;
 // The count is rounded to a whole number by way of a fixed-point number with so many binary places.
 inline constexpr int kCountPlaces = 24;
 inline constexpr double kQuartersPerRadian = 0x1.45f306dc9c883p-1 * (1 << kCountPlaces);
@@ -46,7 +47,7 @@ inline constexpr double kQuartersPerRadian = 0x1.45f306dc9c883p-1 * (1 << kCount
 // Below this angle, a sine is the angle, and a cosine is 1.
 inline constexpr float kTinyAngle = 0x1p-12f;
 
-// A double that is off by this share at most, however its operations are rounded.
+// How far a series can be off, as a share, if its operations are fused or not.
 inline constexpr double kSeriesSlack = 0x1p-49;
 
 }  // namespace touchdown::engine

@@ -114,6 +114,10 @@ def test_a_policy_for_the_lander_acts_in_its_variants_too(tmp_path):
     windy = "touchdown/LunarLanderWindy-v3"
     for name in ("pid", "ace", "random"):
         assert find_policy(name, tmp_path, windy).env_id == windy
+    of_wind = find_policy("pid", tmp_path, windy)
+    for env_id in (LANDER, "touchdown/LunarLander-v3"):
+        assert find_policy(of_wind, tmp_path, env_id).env_id == LANDER
+    assert find_policy(of_wind, tmp_path, None).env_id == windy
 
 
 def test_an_unknown_policy_is_answered_with_what_is_accepted(tmp_path):

@@ -37,9 +37,12 @@ from touchdown.runs.folder import RunFolder
 from touchdown.runs.run import Run
 
 
-def made(runs_dir: Path, preset: str = "pilot", *, evaluated: bool = True) -> Run:
+def made(
+    runs_dir: Path, preset: str = "pilot", *, env_id: str | None = None, evaluated: bool = True
+) -> Run:
     """A run as training leaves it, but with untrained weights."""
     config = presets.preset(preset)
+    config = replace(config, env_id=env_id or config.env_id)
     if config.algorithm == "dqn":
         config = replace(config, network=replace(config.network, hidden_sizes=(8,)))
     folder = folders.create(runs_dir, config)
@@ -118,6 +121,18 @@ def test_the_example_flies_it_without_touchdown(run, exported):
     assert done.stdout.splitlines() == [
         f"start {episode.seed}: return {episode.episode_return:.1f}" for episode in flown
     ]
+
+
+def test_the_example_of_a_variant_flies_stock_with_its_settings(tmp_path):
+    run = made(tmp_path / "runs", env_id="touchdown/LunarLanderWindy-v3")
+    exported = touchdown.export(run, out=tmp_path / "out")
+    card = (exported.folder / CARD).read_text()
+    assert "Trained and tested with `enable_wind=True` and otherwise Gymnasium's defaults" in card
+    flown = touchdown.evaluate(exported.files[0], episodes=1)
+    assert flown.env_id == run.config.env_id
+    example = [sys.executable, "-I", str(exported.folder / "fly_onnx.py"), "--episodes", "1"]
+    done = subprocess.run(example, capture_output=True, text=True, check=True)
+    assert done.stdout == f"start 0: return {flown.episodes[0].episode_return:.1f}\n"
 
 
 @pytest.mark.parametrize(

@@ -213,6 +213,41 @@ def test_the_instruction_set_has_a_name():
     assert simd() in {"avx512", "avx2", "baseline"}
 
 
+def test_actions_of_any_whole_type_and_layout_are_the_same_actions():
+    actions = np.random.default_rng(0).integers(4, size=(30, 5))
+    wide = np.repeat(actions, 2, axis=1)
+    unaligned = np.frombuffer(b"x" + actions.tobytes(), np.uint8)[1:].view(np.int64)
+    read_only = actions.copy()
+    read_only.flags.writeable = False
+    kinds = {
+        "plain": actions,
+        "int32": actions.astype(np.int32),
+        "uint8": actions.astype(np.uint8),
+        "strided": wide[:, ::2],
+        "byte-swapped": actions.astype(actions.dtype.newbyteorder()),
+        "unaligned": unaligned.reshape(actions.shape),
+        "read-only": read_only,
+    }
+    seen = {}
+    for name, of_kind in kinds.items():
+        env = LanderVectorEnv(5)
+        env.reset(seed=0)
+        before = of_kind.copy()
+        seen[name] = [env.step(row)[0].tobytes() for row in of_kind]
+        assert (of_kind == before).all()
+    assert all(of_kind == seen["plain"] for of_kind in seen.values())
+
+
+def test_a_refused_action_changes_nothing():
+    env, twin = LanderVectorEnv(2), LanderVectorEnv(2)
+    for each in (env, twin):
+        each.reset(seed=0)
+    with pytest.raises(ValueError, match="must be a whole number from 0 to 3"):
+        env.step(np.array([2, 4]))
+    for index in range(2):
+        assert env.snapshot(index) == twin.snapshot(index)
+
+
 def test_invalid_arguments_are_refused_by_name():
     with pytest.raises(ValueError, match="num_envs = 0: must be at least 1"):
         LanderVectorEnv(0)

@@ -7,6 +7,7 @@ from finished_runs import write_run
 from touchdown.config import toml
 from touchdown.core.errors import UserError
 from touchdown.report.study_page import write_study_report
+from touchdown.studies import study_file
 from touchdown.studies.claim_tests import Near
 from touchdown.studies.claims import Claim
 from touchdown.studies.plan import Factor, Level, Study, levels_of
@@ -15,9 +16,11 @@ from touchdown.studies.store import open_store
 PRESETS = ("pilot", "dqn", "target-dqn", "vector-dqn", "double-dqn", "qr-dqn", "pqn")
 
 
-def page_of(study, folder, *, returns_of=None, **written):
+def page_of(study, folder, *, returns_of=None, leave_out=lambda _: False, **written):
     store = open_store(folder / "results", make=True)
     for planned in study.runs():
+        if leave_out(planned):
+            continue
         path = store.runs / planned.digest
         own = {"returns": returns_of(planned)} if returns_of else {}
         write_run(path, **written, **own)
@@ -139,7 +142,35 @@ def test_a_study_of_three_factors_shows_how_much_settings_for_each_environment_m
     assert gains["double-dqn"] > 0.3
 
 
+def test_sensitivity_is_of_the_seeds_that_every_cell_has_and_claims_name_cells_by_three_labels(
+    tmp_path,
+):
+    claim = Claim("It lands in the wind.", Near("double-dqn · windy · 0.99", 250, 20))
+    study = three_factors(seeds=3, claims=(claim,))
+    page = page_of(
+        study, tmp_path, leave_out=lambda run: run.cell.labels[1] == "windy" and run.seed == 1
+    )
+    assert "n = 2 training seeds" in page.read_text()
+    assert "4 of 24 runs are not done yet" in page.read_text()
+    tables = page.parent / "tables"
+    with (tables / "sensitive-sensitivity.csv").open() as file:
+        assert {row["seed"] for row in csv.DictReader(file)} == {"0", "2"}
+    with (tables / "claims.csv").open() as file:
+        (row,) = csv.DictReader(file)
+    assert row["seeds"] == "2"
+    # cells of other environments are not compared with the base
+    with (tables / "sensitive-levels.csv").open() as file:
+        assert {row["difference"] for row in csv.DictReader(file)} == {""}
+
+
+def test_a_study_of_three_factors_comes_back_from_its_file(tmp_path):
+    study = three_factors(seeds=3)
+    path = tmp_path / "sensitive.toml"
+    path.write_text(study_file.to_toml(study))
+    assert study_file.from_toml(path) == study
+
+
 def test_one_seed_shows_no_sensitivity(tmp_path):
     page = page_of(three_factors(seeds=1), tmp_path)
-    assert "finished in every cell: 1; sensitivity needs at least 2" in page.read_text()
+    assert "in every cell: 1; sensitivity needs at least 2" in page.read_text()
     assert not list(page.parent.glob("figures/*.png"))

@@ -37,6 +37,11 @@ def test_one_setting_is_enough_if_the_other_stays_as_it_is():
     assert found.dimensionality == 1
 
 
+def test_scores_below_zero_need_no_tuning_if_one_choice_is_the_best_everywhere():
+    scores = np.tile(np.array([-1.0, -0.1, -0.5, -2.0])[None, :, None], (2, 1, 3))
+    assert sensitivity_of(scores, SETTINGS).dimensionality == 0
+
+
 def test_the_best_of_many_noisy_settings_is_scored_with_other_seeds():
     # no setting is better than another, so that no choice gains anything
     rng = np.random.default_rng(0)

@@ -13,6 +13,9 @@ GAMMAS = Factor("γ", levels_of("learning.gamma", [0.9, 0.99]))
 SIZES = Factor("nodes", levels_of("network.hidden_sizes", [[10], [20, 20]]))
 
 
+THREE = [Factor(name, [Level(name)]) for name in ("algorithm", "environment", "settings")]
+
+
 def test_a_study_has_a_run_for_each_level_of_each_factor_and_each_seed():
     study = Study(name="both", factors=(GAMMAS, SIZES), seeds=3)
     assert [cell.labels for cell in study.cells()] == [
@@ -115,6 +118,10 @@ def test_a_study_takes_lists_and_holds_what_cannot_change():
         ({"claims": ["it is so"]}, r"claims = \['it is so'\]: must be a list of Claim"),
         ({"metric": "luck"}, "metric = 'luck': must be one of best_return"),
         ({"title": 3}, "title = 3: must be a string"),
+        (
+            {"factors": THREE, "metric": "hover_share"},
+            "metric = 'hover_share': must be a return or",
+        ),
         ({"base_level": "0.5"}, r"base_level = '0\.5': must be one of 0\.9, 0\.99"),
         ({"name": "a/b"}, "name = 'a/b': must be letters"),
     ],

@@ -157,6 +157,18 @@ def test_the_flight_of_the_median_return_is_recorded_first(run):
     assert [flight.policy for flight in beside] == ["made-up"] * 2 + ["pid"] * 2
 
 
+def test_the_pid_flies_beside_an_agent_in_the_agents_variant(tmp_path):
+    windy = "touchdown/LunarLanderWindy-v3"
+    config = replace(CONFIG, env_id=windy)
+    folder = folders.create(tmp_path, config, "windy")
+    network = QNetwork(8, 4, config.network)
+    save_model(folder.best, network, np.zeros(network.num_params, np.float32), {}, config)
+    run = Run(folder)
+    (tested,) = finish.fly_test(run)
+    finish.record_flights(run, tested, num_beside=1)
+    assert {flight.env_id for flight in load_flights(folder.flights)} == {windy}
+
+
 def test_without_a_test_nothing_is_flown(tmp_path):
     untested = replace(CONFIG, training=replace(CONFIG.training, test_episodes=0))
     assert finish.fly_test(Run(folders.create(tmp_path, untested, "untested"))) == []

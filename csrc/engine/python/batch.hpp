@@ -165,8 +165,8 @@ void step_batch(Batch& batch, const Actions& actions, const Observations& observ
   carry_out(batch, actions, observations, rewards, terminated);
 }
 
-// A step of every lander's episode, or its next episode if `ended`, and its clock: the same as many
-// operations on arrays in Python, each of which takes as long as a lander's step.
+// Steps every lander or, where `ended`, begins its next episode; then counts the steps. In Python,
+// each of these operations on arrays takes as long as a lander's step.
 template <typename Actions>
 void step_episodes(Batch& batch, const Actions& actions, const Observations& observations,
                    const Vector<double>& rewards, const Vector<bool>& terminated,

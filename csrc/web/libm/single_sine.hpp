@@ -73,7 +73,8 @@ constexpr QuarterTurns reduce_large(float x) {
 
 // The sine of an angle to which quarter turns have been added.
 constexpr float sine_after(float x, unsigned quarters) {
-  constexpr std::uint32_t below_an_eighth_turn = 0x3f400000, limit = 0x42f00000;  // 0.75, 120
+  constexpr std::uint32_t below_an_eighth_turn = std::bit_cast<std::uint32_t>(0.75f),
+                          limit = std::bit_cast<std::uint32_t>(engine::kSmallAngle);
   const std::uint32_t magnitude = magnitude_bits(x);
   QuarterTurns angle = magnitude < below_an_eighth_turn ? QuarterTurns{0, x}
                        : magnitude < limit              ? reduce_small(x)
@@ -87,7 +88,7 @@ constexpr float sine_after(float x, unsigned quarters) {
   return static_cast<float>(series<FusedArithmetic>(angle));
 }
 
-constexpr std::uint32_t kTiny = 0x39800000;  // 2^-12
+constexpr std::uint32_t kTiny = std::bit_cast<std::uint32_t>(engine::kTinyAngle);
 constexpr std::uint32_t kInfinity = 0x7f800000;
 
 }  // namespace single

@@ -42,7 +42,8 @@ def evaluate(
         seed: environment seed of the first start; the others have the following seeds.
             Seeds below 1,000,000 are test starts.
         env_id: the environment for `random` and for a file of another library that does not name
-            one; other policies name theirs and refuse another. An id, an environment, or a
+            one. Other policies name theirs and refuse another, but a policy
+            for the lander acts in any of its variants. An id, an environment, or a
             function that makes one; None is LunarLander-v3.
         runs_dir: folder of the runs.
         vecnormalize: for a Stable-Baselines3 `.zip`: the file that `VecNormalize.save` wrote, or
@@ -86,7 +87,8 @@ def fly(
         out: a `.gif` or `.mp4` file to write, or `window` to watch it live; None makes no film.
         force: whether to replace an existing file.
         env_id: the environment for `random` and for a file of another library that does not name
-            one; other policies name theirs and refuse another. An id, an environment, or a
+            one. Other policies name theirs and refuse another, but a policy
+            for the lander acts in any of its variants. An id, an environment, or a
             function that makes one; None is LunarLander-v3.
         runs_dir: folder of the runs.
         vecnormalize: for a Stable-Baselines3 `.zip`: the file that `VecNormalize.save` wrote, or

@@ -16,7 +16,6 @@ from touchdown.core.errors import Interrupted, UserError, is_out_of_memory, one_
 from touchdown.core.helper import Helper, second_core
 from touchdown.core.types import ValuePolicy
 from touchdown.envs import environment
-from touchdown.evaluation import evaluation as evaluations
 from touchdown.evaluation import table
 from touchdown.evaluation.evaluation import Evaluation
 from touchdown.figures.grid import grid_of
@@ -171,7 +170,7 @@ def _results(
         note = DESCRIPTIONS.get(config.preset)
         yield table.evaluation_table(
             tested,
-            paper=evaluations.is_lander(tested[0]),
+            paper=tested[0].env_id == rules.LANDER_ID,
             note=f"{run.name} uses the preset {config.preset}: {note}." if note else "",
         )
     if learned:

@@ -41,11 +41,10 @@ def find_policy(
     """
     device.use_default()
     found = _found(policy, runs_dir, env_id or DEFAULT_ENV, vecnormalize)
-    of_lander = rules.is_lander(found.env_id)
-    if of_lander and env_id is not None and rules.is_lander(env_id):
-        return replace(found, env_id=env_id)  # a variant of its environment
-    is_exact = of_lander and env_id == rules.EXACT_ID
-    if env_id not in (None, found.env_id) and not is_exact:
+    wanted = rules.LANDER_ID if env_id == rules.EXACT_ID else env_id
+    if wanted is not None and rules.is_lander(found.env_id) and rules.is_lander(wanted):
+        return replace(found, env_id=wanted)  # the lander, or one of its variants
+    if env_id not in (None, found.env_id):
         raise UserError(
             f"env_id = {env_id!r}: policy {found.name!r} acts in {found.env_id}; leave env_id out"
         )

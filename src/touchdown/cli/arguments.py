@@ -72,7 +72,7 @@ StudyName = Annotated[
     arg(
         metavar="NAME",
         help="`paper` for all of the paper's studies, `readings` for them in every reading of what "
-        "the paper leaves open, a name from `study list`, or a .toml file.",
+        "the paper leaves open (with --scale full), a name from `study list`, or a .toml file.",
     ),
 ]
 

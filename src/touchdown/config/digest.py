@@ -58,7 +58,7 @@ def digest_of(config: "DataclassInstance") -> str:
 
 
 def digest_with_seed(config: "DataclassInstance", seed: int) -> str:
-    """The digest of a config with another seed: of many seeds, a thousand times as fast.
+    """The digest of a config with another seed; for many seeds, far faster than `digest_of`.
 
     Args:
         config: as in `digest_of`; hashable.

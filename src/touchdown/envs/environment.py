@@ -1,6 +1,7 @@
 """Makes an environment, and describes it for an agent."""
 
 import warnings
+from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any, NamedTuple, cast
 
@@ -108,7 +109,7 @@ def _describe(
     )
 
 
-def _exact_lander(render_mode: str | None, settings: dict[str, Any]) -> custom.Env:
+def _exact_lander(render_mode: str | None, settings: Mapping[str, Any]) -> custom.Env:
     from touchdown.lander.single import LanderEnv  # noqa: PLC0415 - if the engine was built
 
     return LanderEnv(render_mode, max_episode_steps=MAX_EPISODE_STEPS, **settings)

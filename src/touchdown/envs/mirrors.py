@@ -8,7 +8,7 @@ from touchdown.lander import rules
 
 # of Gymnasium's environments, which cannot declare it themselves
 _KNOWN = {
-    **dict.fromkeys((rules.LANDER_ID, *rules.VARIANTS), rules.MIRROR),
+    **dict.fromkeys(rules.LANDER_IDS, rules.MIRROR),
     # positions, angles and velocities change sign
     "CartPole-v1": Mirror((0, 1, 2, 3), (-1.0, -1.0, -1.0, -1.0), (1, 0)),
     # the sines of both angles and their velocities change sign

@@ -18,6 +18,7 @@ from touchdown.exports import graph
 from touchdown.exports.agreement import Agreement
 from touchdown.exports.card import model_card
 from touchdown.exports.source import Source
+from touchdown.lander import rules
 from touchdown.policies import weights as policy_weights
 from touchdown.policies.foreign.onnx_session import Session
 from touchdown.policies.weights import Weights
@@ -92,11 +93,20 @@ def write_export(
     return Export(folder, tuple(folder / each for each in content), agreement, note)
 
 
+def _made_by(env_id: str) -> dict[str, str]:
+    """How Gymnasium alone makes a variant of the lander; nothing for other environments."""
+    settings = rules.settings_of(env_id)
+    if not settings:
+        return {}
+    return {"gymnasium_id": rules.LANDER_ID, "gymnasium_settings": json.dumps(settings)}
+
+
 def _checked_onnx(source: Source, weights: Weights) -> tuple[bytes, Agreement]:
     model, spaces = cast("Network | QTable", weights.model), weights.spaces
     config = source.config
     metadata = {
         "env_id": weights.env_id,
+        **_made_by(weights.env_id),
         "run": printable(source.name),
         "preset": config.preset,
         "seed": str(config.seed),

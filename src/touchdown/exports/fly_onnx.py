@@ -1,9 +1,10 @@
-"""Fly the ONNX model in this folder on Gymnasium; only a variant of the lander needs touchdown.
+"""Fly the ONNX model in this folder on stock Gymnasium; touchdown is not needed.
 
 First: pip install onnxruntime "gymnasium[box2d]"
 """
 
 import argparse
+import json
 from pathlib import Path
 
 import gymnasium
@@ -21,18 +22,15 @@ args = parser.parse_args()
 if args.model is None or not Path(args.model).is_file():
     parser.error(f"model {args.model}: no such file")
 session = onnxruntime.InferenceSession(args.model)
-env_id = args.env_id or session.get_modelmeta().custom_metadata_map["env_id"]
+facts = session.get_modelmeta().custom_metadata_map
+env_id, settings = args.env_id, {}
+if env_id is None:  # a variant of the lander is stock's with other settings
+    env_id = facts.get("gymnasium_id", facts["env_id"])
+    settings = json.loads(facts.get("gymnasium_settings", "{}"))
 if ":" in env_id and args.env_id is None:
     parser.error(f"the model names the environment {env_id}, whose module would be imported: if "
                  "you trust it, give its id after the model")  # fmt: skip
-if env_id.startswith("touchdown/"):  # a variant of the lander, which touchdown registers
-    try:
-        import touchdown  # noqa: F401
-    except ImportError:
-        parser.error(
-            f"environment {env_id}: needs touchdown; install it, or give the id of another"
-        )
-env = gymnasium.make(env_id)
+env = gymnasium.make(env_id, **settings)
 
 for seed in range(args.episodes):
     observation, _ = env.reset(seed=seed)

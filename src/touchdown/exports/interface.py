@@ -23,9 +23,8 @@ The action is a number: 0 fires no engine, 1 the left one, which pushes to the r
 engine, 3 the right one, which pushes to the left."""
 
 _LANDER_LIMITS = """\
-Trained and tested with {settings}, 1,000 steps at most. Its performance with other wind \
-(`enable_wind`), another gravity or noise in the observations is not known. It has no continuous \
-actions."""
+Trained and tested with {settings}, 1,000 steps at most. Its performance with {others}, or \
+noise in the observations, is not known. It has no continuous actions."""
 _STOCK = "Gymnasium's defaults: gravity of -10, no wind"
 
 
@@ -59,8 +58,13 @@ def limits(env_id: str) -> str:
     """
     if rules.is_lander(env_id):
         own = ", ".join(f"`{name}={value}`" for name, value in rules.settings_of(env_id).items())
-        settings = f"{own} and otherwise Gymnasium's defaults" if own else _STOCK
-        return _LANDER_LIMITS.format(settings=settings)
+        if not own:
+            return _LANDER_LIMITS.format(
+                settings=_STOCK, others="wind (`enable_wind=True`), another gravity"
+            )
+        return _LANDER_LIMITS.format(
+            settings=f"{own} and otherwise Gymnasium's defaults", others="other wind or gravity"
+        )
     return (
         f"Trained and tested in {markdown.text(env_id)} with its default settings; its performance "
         "with others is not known."

@@ -22,5 +22,5 @@ for _id, _settings in {
         vector_entry_point="touchdown.lander.vector:LanderVectorEnv",
         max_episode_steps=MAX_EPISODE_STEPS,
         reward_threshold=SOLVED_RETURN,
-        kwargs=_settings,
+        kwargs=dict(_settings),
     )

@@ -1,5 +1,6 @@
 """The lander's constants: ids, variants, time limit, actions, fuel costs, tasks of a batch."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -9,12 +10,13 @@ from touchdown.core.types import Mirror
 
 LANDER_ID = "LunarLander-v3"
 EXACT_ID = "touchdown/LunarLander-v3"
-VARIANTS: dict[str, dict[str, Any]] = {
+VARIANTS: Mapping[str, Mapping[str, Any]] = {
     "touchdown/LunarLanderWindy-v3": {"enable_wind": True},
     "touchdown/LunarLanderMars-v3": {"gravity": -3.71},
     "touchdown/LunarLanderHeavy-v3": {"gravity": -11.9},
 }
 """Settings of stock's lander by the id of a variant; gravity is in m/s²."""
+LANDER_IDS = (LANDER_ID, *VARIANTS)
 MAX_EPISODE_STEPS = 1_000  # Gymnasium's time limit of the lander
 SOLVED_RETURN = 200.0  # episode return at which Gymnasium considers the lander solved
 OBSERVATION_SIZE = 8
@@ -33,10 +35,10 @@ MIRROR = Mirror(
 
 def is_lander(env_id: str) -> bool:
     """Whether the id is that of the lander with discrete actions, or of one of its variants."""
-    return env_id == LANDER_ID or env_id in VARIANTS
+    return env_id in LANDER_IDS
 
 
-def settings_of(env_id: str) -> dict[str, Any]:
+def settings_of(env_id: str) -> Mapping[str, Any]:
     """The settings of a lander by its id; {} for Gymnasium's own."""
     return VARIANTS.get(env_id, {})
 

@@ -336,7 +336,7 @@ class LanderVectorEnv(gymnasium.vector.VectorEnv[FloatArray, NDArray[Any], NDArr
         """The actions as the engine takes them, copied only if they are of another type or order.
 
         Raises:
-            ValueError: they have another shape, or a type that is not a number of the same kind.
+            ValueError: they have another shape, or a type that cannot be cast to the engine's.
         """
         given = np.asarray(actions)
         taken = self._actions

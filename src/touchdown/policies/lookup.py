@@ -29,8 +29,8 @@ def load(name: str, env_id: str = "LunarLander-v3", vecnormalize: str | None = N
         name: `pid`, `heuristic`, `random`, a shipped policy, or the path of a file: `.safetensors`
             as a run writes, `.toml` with PID gains, an `.onnx` model, a `.zip` saved by
             Stable-Baselines3, or a `.pth`, `.pt` or `.cleanrl_model` of CleanRL.
-        env_id: the environment for `random` and for a file that does not name one; other policies
-            name theirs.
+        env_id: the environment for `random` and for a file that does not name one; a variant of the
+            lander also for `pid`, `heuristic` and gains. Other policies name theirs.
         vecnormalize: statistics for a `.zip`; see `read_sb3`.
 
     Raises:

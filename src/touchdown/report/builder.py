@@ -34,7 +34,7 @@ class Builder:
     ) -> None:
         self.figures = out / _FIGURES
         self.beside = beside
-        self._on_step = on_step
+        self.step = on_step
         self._filmed: set[Path] = set()
         self.figures.mkdir()
 
@@ -72,14 +72,14 @@ class Builder:
         if training:
             own = self.figures / f"{name}-{training.replace('_', '-')}"
             shown.append(pictures.save_training(title, results, training, own))
-        self._on_step(name)
+        self.step(name)
         shot = self._film_of_best(results, name, metric)
-        self._on_step(name)
+        self.step(name)
         shown_tables = (
             *tables.level_tables(results, metric),
             tables.run_table(results, self.beside),
         )
-        self._on_step(name)
+        self.step(name)
         return Section(
             id=name,
             title=title,

@@ -17,16 +17,17 @@ def run_tables(results: Mapping[str, StudyResults]) -> dict[str, pl.DataFrame]:
     return {name: each.table() for name, each in results.items() if each.runs}
 
 
-def level_table(results: StudyResults, metric: str) -> pl.DataFrame:
+def level_table(results: StudyResults, metric: str, *, compared: bool = True) -> pl.DataFrame:
     """The numbers of every level, and its comparison with the base; null for missing numbers.
 
     Args:
         results: results of a study.
         metric: the metric to summarise and compare, one of `METRICS`.
+        compared: whether to compare levels with the base.
     """
     rows = [
         {"study": results.study.name, "metric": metric, **_level_row(level)}
-        for level in summarise_levels(results, metric)
+        for level in summarise_levels(results, metric, compared=compared)
     ]
     return pl.DataFrame(rows, infer_schema_length=None)
 

@@ -11,7 +11,7 @@ from touchdown.core.types import FloatArray
 from touchdown.figures import style
 from touchdown.figures.sensitivity import draw_sensitivity
 from touchdown.report import tables
-from touchdown.report.builder import Builder, gaps
+from touchdown.report.builder import STEPS, Builder, gaps
 from touchdown.report.page import Picture, Section, Table
 from touchdown.stats.sensitivity import FEWEST_SEEDS, Sensitivity, normalised, sensitivity_of
 from touchdown.studies.changes import by_dotted_name
@@ -21,9 +21,9 @@ from touchdown.studies.plan import Level, Study
 from touchdown.studies.results import StudyResults
 
 _EXPLAINED = (
-    "Each seed is scored with the settings that are best for the other seeds (Adkins, Bowling & "
-    "White, 2024, with selection and scoring apart). In each environment, 0 and 1 are the 5th and "
-    "the 95th percentile of all scores."
+    "After Adkins, Bowling & White (2024), but each seed is scored with the settings that are best "
+    "for the other seeds. In each environment, a score of 0 is the 5th and 1 the 95th percentile "
+    "of all means over seeds."
 )
 
 
@@ -49,6 +49,8 @@ def sensitivity_section(
     study = results.study
     stem = builder.figures / study.name
     found = _read(results, metric)
+    for _ in range(STEPS):
+        builder.step(study.name)
     pictures, shown = (), ()
     if found.of:
         lead = _EXPLAINED
@@ -56,8 +58,8 @@ def sensitivity_section(
         shown = (_by_algorithm(found), _by_environment(found))
     else:
         lead = (
-            f"Seeds that have finished in every cell: {len(found.seeds)}; sensitivity needs at "
-            f"least {FEWEST_SEEDS}."
+            f"Seeds that have a {METRICS[metric]} in every cell: {len(found.seeds)}; sensitivity "
+            f"needs at least {FEWEST_SEEDS}."
         )
     section = Section(
         id=study.name,
@@ -143,7 +145,8 @@ def _picture(found: _Found, title: str, stem: Path) -> Picture:
 def _by_algorithm(found: _Found) -> Table:
     what = found.study.factors[0].name
     return Table(
-        f"Sensitivity to settings, by {what}, as normalised scores.",
+        f"Sensitivity to settings, by {what}, as normalised scores: means over "
+        f"n = {len(found.seeds)} training seeds, and the lowest and highest seed.",
         (
             what, "tuned per environment", "shared settings", "sensitivity",
             "settings that need tuning", "best shared settings",
@@ -151,9 +154,9 @@ def _by_algorithm(found: _Found) -> Table:
         tuple(
             (
                 name,
-                f"{np.mean(of.tuned):.2f}",
-                f"{np.mean(of.shared):.2f}",
-                f"{of.sensitivity:+.2f}",
+                _with_range(of.tuned, ".2f"),
+                _with_range(of.shared, ".2f"),
+                _with_range(of.tuned - of.shared, "+.2f"),
                 f"{of.dimensionality}",
                 found.settings[of.best_shared],
             )
@@ -162,12 +165,18 @@ def _by_algorithm(found: _Found) -> Table:
     )  # fmt: skip
 
 
+def _with_range(values: FloatArray, spec: str) -> str:
+    """The mean, and the lowest and the highest value."""
+    return f"{values.mean():{spec}} ({values.min():{spec}} to {values.max():{spec}})"
+
+
 def _by_environment(found: _Found) -> Table:
     what = found.study.factors[0].name
     text_of = formatter(found.metric, [found.scores.ravel()])
     return Table(
         f"Mean {METRICS[found.metric]} with the best shared settings and, after the arrow, with "
-        "the best ones for each environment; by the seeds that they are chosen by.",
+        "the best ones for each environment. The same seeds choose and score them here, so the "
+        "numbers are too high.",
         (what, *found.environments),
         tuple(
             (

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from touchdown.core import files
-from touchdown.report.builder import STEPS, Builder
+from touchdown.report.builder import Builder
 from touchdown.report.csv_tables import claim_table, level_table, run_tables
 from touchdown.report.output import PAGE, Report, write_report
 from touchdown.report.page import Page
@@ -49,7 +49,9 @@ def write_study_report(
     tables = run_tables(known)
     decisions = _decisions(results) if results.runs else []
     if results.runs:
-        tables[f"{study.name}-levels"] = level_table(results, study.metric)
+        tables[f"{study.name}-levels"] = level_table(
+            results, study.metric, compared=len(study.factors) < SENSITIVITY_FACTORS
+        )
     by_study = {study.name: decisions} if decisions else {}
     if by_study:
         tables[CLAIMS] = claim_table(by_study)
@@ -59,8 +61,6 @@ def write_study_report(
         if results.runs and len(study.factors) == SENSITIVITY_FACTORS:
             section, own = sensitivity_section(builder, title, results, study.metric, decisions)
             sections, tables = (section,), tables | own
-            for _ in range(STEPS):
-                on_step(study.name)
         elif results.runs:
             section = builder.section(
                 study.name, title, study.question, results, study.metric, decisions, {}

@@ -41,15 +41,19 @@ class LevelSummary:
     env_steps_to_solved: Reached
     seconds_to_solved: Reached
     against_base: AgainstBase | None
-    """None for the base itself, and while it or the cell has fewer than two finished seeds."""
+    """None for the base itself, while it or the cell has fewer than two finished seeds, and in a
+    study without comparisons."""
 
 
-def summarise_levels(results: StudyResults, metric: str) -> list[LevelSummary]:
+def summarise_levels(
+    results: StudyResults, metric: str, *, compared: bool = True
+) -> list[LevelSummary]:
     """Every cell with a finished run that has the number, in the study's order.
 
     Args:
         results: results of a study.
         metric: the metric to summarise and compare, one of `METRICS`.
+        compared: whether to compare cells with the base.
 
     Raises:
         UserError: none of the finished runs has this number.
@@ -64,7 +68,7 @@ def summarise_levels(results: StudyResults, metric: str) -> list[LevelSummary]:
     known = {
         labels: compare.compare(of_base, of_cell)
         for labels, of_cell in values.items()
-        if labels != base.labels and min(len(of_base), len(of_cell)) > 1
+        if compared and labels != base.labels and min(len(of_base), len(of_cell)) > 1
     }
     corrected = compare.holm([found.p_value for found in known.values()])
     against = {

@@ -46,6 +46,11 @@ def is_return(metric: str) -> bool:
     return metric in METRICS and metric != "overestimation" and not is_share(metric)
 
 
+def more_is_better(metric: str) -> bool:
+    """Whether more of a metric is better: a return, or a share of episodes that are solved."""
+    return is_return(metric) or metric.endswith("share_solved")
+
+
 def is_share(metric: str) -> bool:
     """Whether a metric is a share, from 0 to 1, rather than return points."""
     return metric.endswith(("_share", "share_solved"))

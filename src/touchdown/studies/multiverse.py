@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from touchdown.studies.claims import Claim, Decision, decide
+from touchdown.studies.metrics import DEFAULT_METRIC
 from touchdown.studies.paper import BEST, Scale, Topic
 from touchdown.studies.paper.readings import (
     ABOUT_REWARDS,
@@ -19,8 +20,6 @@ from touchdown.studies.results import StudyResults
 
 PAPER_RETURNS: Mapping[str, float] = {"target-dqn": 170.0, "preferential-dqn": 199.0, BEST: 221.0}
 """The paper's own returns, by the level of the study `ladder`."""
-_OF_FINAL = {"best_return": "last_return", "share_solved": "last_share_solved"}
-"""What a literal reading tests instead of the selected checkpoint: the weights at the end."""
 _HOLD = ("holds", "reached and exceeded")
 
 
@@ -114,7 +113,8 @@ def paper_distances(results: Mapping[str, StudyResults]) -> list[PaperDistance]:
     found: list[PaperDistance] = []
     for reading in readings():
         of = results.get(reading.name_of("ladder"))
-        values = {} if of is None else {k: of.named(k, reading.metric) for k in PAPER_RETURNS}
+        metric = reading.metric_of(DEFAULT_METRIC)
+        values = {} if of is None else {k: of.named(k, metric) for k in PAPER_RETURNS}
         known = {level: each[~np.isnan(each)] for level, each in values.items()}
         if known and all(map(len, known.values())):
             medians = {level: float(np.median(each)) for level, each in known.items()}
@@ -130,11 +130,8 @@ def _decisions(
     found = results.get(reading.name_of(topic.study.name))
     if found is None or not found.runs:
         return []
-    metric, claims = topic.metric, topic.claims
-    if not reading.is_preset:
-        metric = _OF_FINAL.get(metric, metric)
-        claims = [replace(each, metric=_OF_FINAL.get(each.metric, each.metric)) for each in claims]
-    decisions = decide(claims, found.named, metric, with_advice=False)
+    claims = [replace(each, metric=reading.metric_of(each.metric)) for each in topic.claims]
+    decisions = decide(claims, found.named, reading.metric_of(topic.metric), with_advice=False)
     return [each for each in decisions if each.seeds]  # the others have no runs yet
 
 

@@ -15,7 +15,13 @@ from touchdown.core.names import hint
 from touchdown.stats import spending
 from touchdown.studies.changes import Changes, nested
 from touchdown.studies.claims import Claim
-from touchdown.studies.metrics import DEFAULT_METRIC, METRICS, TEST_METRICS, TIMES
+from touchdown.studies.metrics import (
+    DEFAULT_METRIC,
+    METRICS,
+    TEST_METRICS,
+    TIMES,
+    more_is_better,
+)
 
 FIRST_TUNING_SEED = 10_000
 """Training seeds from this one on are for choosing settings; no results are reported on them."""
@@ -202,6 +208,11 @@ class Study:
             raise UserError(
                 f"study {self.name!r}: has {len(self.factors)} factors, must be from 1 to "
                 f"{SENSITIVITY_FACTORS}"
+            )
+        if len(self.factors) == SENSITIVITY_FACTORS and not more_is_better(self.metric):
+            raise UserError(
+                f"metric = {self.metric!r}: must be a return or a share of solved episodes with "
+                f"{SENSITIVITY_FACTORS} factors, as the best settings have the most of it"
             )
         cells = self.cells()
         cell_names = [cell.name for cell in cells]

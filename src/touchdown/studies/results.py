@@ -23,7 +23,7 @@ from touchdown.studies.store import Store
 _NUMBERS = tuple(each.name for each in dataclasses.fields(RunResult) if each.type is float)
 _TIMES = ("env_steps_to_solved", "seconds_to_solved")  # ∞ if they are unknown
 _LATER = ("last_share_solved",)  # lines of earlier versions lack them
-_MAY_BE_UNKNOWN = (*_TIMES, *TEST_METRICS, *_LATER, "landed", "rewarded_share")
+_MAY_BE_UNKNOWN = (*_TIMES, *TEST_METRICS, "landed", "rewarded_share")
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,8 +120,7 @@ def read_study(
         study: the study.
         seeds: training seeds per cell.
         store: store of the runs.
-        known: runs of other studies that have been read, by digest; those that are read now are
-            added.
+        known: runs that have been read already, by digest; those that are read now are added.
 
     Raises:
         UserError: a finished run's files are broken.
@@ -135,18 +134,19 @@ def read_study(
     for planned in study.runs(seeds):
         path = store.runs / planned.digest
         if planned.digest in known:
-            runs.append(dataclasses.replace(known[planned.digest], labels=planned.cell.labels))
-            continue
-        if Run(RunFolder(path)).status == "finished":
-            runs.append(read_run(path, planned.cell.labels, planned.seed))
-            known[planned.digest] = runs[-1]
+            run = dataclasses.replace(known[planned.digest], labels=planned.cell.labels)
+        elif Run(RunFolder(path)).status == "finished":
+            run = read_run(path, planned.cell.labels, planned.seed)
         elif planned.digest in imported:
-            runs.append(_of_line(imported[planned.digest], path, planned))
-            known[planned.digest] = runs[-1]
+            run = _of_line(imported[planned.digest], path, planned)
         elif planned.digest in failures:
             failed[planned.digest] = failures[planned.digest]
+            continue
         else:
             missing += 1
+            continue
+        known[planned.digest] = run
+        runs.append(run)
     return StudyResults(study, seeds, tuple(runs), missing, failed)
 
 

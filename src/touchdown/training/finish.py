@@ -169,7 +169,7 @@ def record_flights(
         return None
     beside: dict[str, list[Flight]] = {}
     if num_beside and rules.is_lander(policy.env_id):
-        for each in (policy, lookup.load("pid")):
+        for each in (policy, lookup.load("pid", env_id=policy.env_id)):
             beside[each.name] = [
                 recorder.record_flight(each.policy, each.env_id, start, each.name)
                 for start in TEST_STARTS[:num_beside]

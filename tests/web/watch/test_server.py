@@ -317,6 +317,15 @@ def test_another_environment_has_records_and_no_flights(tmp_path, serve):
     assert found["episodes"]["outcome"] == ["terminated"]
 
 
+def test_a_variant_of_the_lander_lands_but_cannot_be_replayed(tmp_path, serve):
+    windy = new_run(tmp_path / "runs", "windy", "touchdown/LunarLanderWindy-v3")
+    append(windy.episodes, episode(1, outcome="landed"))
+    with serve(RunIndex(tmp_path / "runs")).messages(key_of(windy)) as messages:
+        facts = collected(messages, 1)["facts"]
+    assert (facts["is_lander"], facts["threshold"]) == (True, 200.0)
+    assert not facts["can_replay"]
+
+
 def test_hostile_names_are_escaped_in_the_page(tmp_path, serve):
     hostile = "<img src=x onerror=alert(1)>\u202e\x1b"
     folder = new_run(tmp_path / "runs", "plain")

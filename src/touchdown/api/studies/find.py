@@ -247,7 +247,8 @@ def find_started(
         # the file that was given, wherever the one of the last run is now
         last = stores.read_started(store, find_study(name).name)
     if last is None:
-        return find_study(name, scale=scale or "quick", seeds=seeds)
+        usual = "full" if name == READINGS else "quick"
+        return find_study(name, scale=scale or usual, seeds=seeds)
     return find_study(where, scale=scale or last.scale, seeds=seeds or last.seeds or None)
 
 

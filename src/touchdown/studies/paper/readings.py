@@ -13,7 +13,6 @@ from functools import cache
 from typing import Any
 
 from touchdown.studies.changes import Changes
-from touchdown.studies.metrics import DEFAULT_METRIC
 from touchdown.studies.paper.experiments import Topic, topics
 from touchdown.studies.paper.levels import Scale
 from touchdown.studies.plan import Study
@@ -43,6 +42,7 @@ AXES: Mapping[str, Mapping[str, str]] = {
 one."""
 ABOUT_REWARDS = ("ladder", "size", "depth", "target-period", "resaves")
 """The studies of sections 7 to 8.3, in which the positive reward is varied."""
+_OF_FINAL_WEIGHTS = {"best_return": "last_return", "share_solved": "last_share_solved"}
 _EPISODES = 300
 _RATES = {"literal-1e-3": 1e-3, "literal-2.5e-4": 2.5e-4}
 
@@ -74,10 +74,13 @@ class Reading:
         """Whether it learns with the settings of the presets, rather than literally."""
         return self.by_axis[LEARNER] == SHIPPED
 
-    @property
-    def metric(self) -> str:
-        """What claims compare: literally read, the paper tests the weights at the end."""
-        return DEFAULT_METRIC if self.is_preset else "last_return"
+    def metric_of(self, metric: str) -> str:
+        """What a claim about a metric compares: literally read, the paper tests the final weights.
+
+        Args:
+            metric: the metric in the shipped reading.
+        """
+        return metric if self.is_preset else _OF_FINAL_WEIGHTS.get(metric, metric)
 
     def study_of(self, study: Study) -> Study:
         """A study in this reading; the shipped reading is the study itself, by another name."""

@@ -8,7 +8,7 @@ from typing import Any, Literal
 from touchdown.config.config import Config
 from touchdown.core.errors import UnreadableError, UserError, one_line
 from touchdown.core.terminal import printable_line
-from touchdown.lander.rules import LANDER_ID, SOLVED_RETURN
+from touchdown.lander.rules import LANDER_ID, SOLVED_RETURN, is_lander
 from touchdown.runs import folder as folders
 from touchdown.runs.folder import RunFolder
 from touchdown.runs.over_training import policies_over_training
@@ -36,7 +36,8 @@ class Facts:
     settings: dict[str, Any] | None = None
     """Those that the page needs, by name; None if they cannot be read."""
     is_lander: bool = False
-    """Whether the page can fly it."""
+    can_replay: bool = False
+    """Whether the page can fly it: the lander, but none of its variants."""
     threshold: float | None = None
     """Episode return that counts as solved."""
     has_flights: bool = False
@@ -95,11 +96,11 @@ def read_facts(folder: RunFolder, label: str, group: str, before: Facts | None =
             facts = _of_config(facts, folder)
         else:
             facts = replace(before, status=status, error="")
-        saved = policies_over_training(folder) if facts.is_lander else []
+        saved = policies_over_training(folder) if facts.can_replay else []
         facts = replace(
             facts,
             policies=tuple(policy.env_steps for policy in saved),
-            has_flights=facts.is_lander and folder.training_flights.is_file(),
+            has_flights=facts.can_replay and folder.training_flights.is_file(),
             has_best=folder.best.is_file(),
         )
         if facts.test is None or status == "training":
@@ -128,7 +129,7 @@ def identity_of(path: Path) -> tuple[int, int]:
 
 def _of_config(facts: Facts, folder: RunFolder) -> Facts:
     config = folder.config()
-    lander = config.env_id == LANDER_ID  # which the page can replay
+    lander = is_lander(config.env_id)
     return replace(
         facts,
         env_id=printable_line(config.env_id),
@@ -136,6 +137,7 @@ def _of_config(facts: Facts, folder: RunFolder) -> Facts:
         alike=replace(config, seed=0).digest,
         settings=_settings(config),
         is_lander=lander,
+        can_replay=config.env_id == LANDER_ID,
         threshold=SOLVED_RETURN if lander else None,
     )
 

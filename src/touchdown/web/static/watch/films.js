@@ -76,5 +76,5 @@ export class Films {
 /** Whether the page has something of a run to fly. @param {RunHistory} history */
 function canFly(history) {
   const facts = history.facts;
-  return !!facts?.is_lander && (facts.policies.length > 0 || facts.has_best || facts.has_flights);
+  return !!facts?.can_replay && (facts.policies.length > 0 || facts.has_best || facts.has_flights);
 }

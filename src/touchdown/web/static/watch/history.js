@@ -12,6 +12,7 @@
  * @property {{gamma: number, reward_scale: number, activation: string, max_env_steps: number,
  *   episodes: number}|null} settings
  * @property {boolean} is_lander
+ * @property {boolean} can_replay
  * @property {number|null} threshold
  * @property {boolean} has_flights
  * @property {number[]} policies
