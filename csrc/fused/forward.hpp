@@ -37,10 +37,11 @@ inline void forward(const Network& network, const float* params, float* in, floa
     const Hidden& layer = network.hidden[i];
     linear_forward(layer.linear, params, in, out);
     if (network.layer_norm) {
-      layer_norm_forward(params + layer.gain, params + layer.shift, layer.linear.out, out, nullptr,
-                         nullptr);
+      layer_norm_relu_forward(params + layer.gain, params + layer.shift, layer.linear.out, out,
+                              nullptr, nullptr);
+    } else {
+      relu(out, layer.linear.out);
     }
-    relu(out, layer.linear.out);
     std::swap(in, out);
   }
   head_forward(network, params, in, state_value, outputs);
@@ -57,10 +58,11 @@ inline void forward_storing_activations(const Network& network, const float* par
     float* const out = w.features[i] + at;
     linear_forward(layer.linear, params, in, out);
     if (network.layer_norm) {
-      layer_norm_forward(params + layer.gain, params + layer.shift, layer.linear.out, out,
-                         w.normalized[i] + at, w.inverse_sigma[i] + panel * kPanel);
+      layer_norm_relu_forward(params + layer.gain, params + layer.shift, layer.linear.out, out,
+                              w.normalized[i] + at, w.inverse_sigma[i] + panel * kPanel);
+    } else {
+      relu(out, layer.linear.out);
     }
-    relu(out, layer.linear.out);
     to_samples(out, layer.linear.out,
                w.feature_samples[i] + panel * kPanel * padded(layer.linear.out));
     in = out;

@@ -17,57 +17,92 @@ inline void linear_forward(const Linear& linear, const float* params, const floa
            out);
 }
 
-// max(0, x) in place. NaN stays NaN, so that it is noticed later.
+// max(0, x). NaN stays NaN, so that it is noticed later.
+inline Vector positive(Vector x) { return x < 0.0f ? Vector{} : x; }
+
 inline void relu(float* x, int features) {
-  for (int i = 0; i < features * kPanel; i += kWidth) {
-    const Vector v = load(x + i);
-    store(x + i, v < 0.0f ? Vector{} : v);
-  }
+  for (int i = 0; i < features * kPanel; i += kWidth) store(x + i, positive(load(x + i)));
 }
 
-// n = (x − mean)/σ over the features of each sample, then gain·n + shift, in place (Ba, Kiros &
-// Hinton, 2016). Stores n and 1/σ unless their pointers are null.
-inline void layer_norm_forward(const float* gain, const float* shift, int features, float* x,
-                               float* normalized, float* inverse_sigma) {
-  for (int half = 0; half < kPanel; half += kWidth) {
-    Vector mean{};
-    for (int i = 0; i < features; ++i) mean += load(x + i * kPanel + half);
-    mean /= static_cast<float>(features);
-    Vector variance{};
-    for (int i = 0; i < features; ++i) {
-      const Vector centred = load(x + i * kPanel + half) - mean;
-      variance += centred * centred;
-    }
-    variance = variance / static_cast<float>(features) + kNormEpsilon;
-    Vector scale;
-    for (int lane = 0; lane < kWidth; ++lane) scale[lane] = 1.0f / std::sqrt(variance[lane]);
-    if (inverse_sigma) store(inverse_sigma + half, scale);
-    for (int i = 0; i < features; ++i) {
-      const Vector n = (load(x + i * kPanel + half) - mean) * scale;
-      if (normalized) store(normalized + i * kPanel + half, n);
-      store(x + i * kPanel + half, gain[i] * n + shift[i]);
-    }
+// One feature of all samples of a panel.
+struct PanelRow {
+  Vector left, right;
+};
+
+inline PanelRow row_of(const float* panel, int feature) {
+  return {load(panel + feature * kPanel), load(panel + feature * kPanel + kWidth)};
+}
+
+inline void store_row(float* panel, int feature, const PanelRow& row) {
+  store(panel + feature * kPanel, row.left);
+  store(panel + feature * kPanel + kWidth, row.right);
+}
+
+inline Vector inverse_root(Vector x) {
+  Vector roots;
+  for (int lane = 0; lane < kWidth; ++lane) roots[lane] = 1.0f / std::sqrt(x[lane]);
+  return roots;
+}
+
+// n = (x − mean)/σ over the features of each sample, then the ReLU of gain·n + shift, in place (Ba,
+// Kiros & Hinton, 2016). Stores n and 1/σ unless their pointers are null.
+//
+// Sums over the features are chains, in which each addition waits for the one before: both halves
+// of the panel go through them together.
+inline void layer_norm_relu_forward(const float* gain, const float* shift, int features, float* x,
+                                    float* normalized, float* inverse_sigma) {
+  const auto count = static_cast<float>(features);
+  PanelRow mean{};
+  for (int i = 0; i < features; ++i) {
+    const PanelRow row = row_of(x, i);
+    mean.left += row.left;
+    mean.right += row.right;
+  }
+  mean.left /= count;
+  mean.right /= count;
+  PanelRow variance{};
+  for (int i = 0; i < features; ++i) {
+    const PanelRow row = row_of(x, i);
+    const Vector left = row.left - mean.left, right = row.right - mean.right;
+    variance.left += left * left;
+    variance.right += right * right;
+  }
+  const PanelRow scale{inverse_root(variance.left / count + kNormEpsilon),
+                       inverse_root(variance.right / count + kNormEpsilon)};
+  if (inverse_sigma) store_row(inverse_sigma, 0, scale);
+  for (int i = 0; i < features; ++i) {
+    const PanelRow row = row_of(x, i);
+    const PanelRow n{(row.left - mean.left) * scale.left, (row.right - mean.right) * scale.right};
+    if (normalized) store_row(normalized, i, n);
+    store_row(x, i,
+              {positive(gain[i] * n.left + shift[i]), positive(gain[i] * n.right + shift[i])});
   }
 }
 
 // ∂L/∂x from ∂L/∂(gain·n + shift).
 inline void layer_norm_backward(const float* gain, int features, const float* norm_grad,
                                 const float* normalized, const float* inverse_sigma, float* grad) {
-  for (int half = 0; half < kPanel; half += kWidth) {
-    Vector mean{}, along{};
-    for (int i = 0; i < features; ++i) {
-      const Vector d = gain[i] * load(norm_grad + i * kPanel + half);
-      mean += d;
-      along += d * load(normalized + i * kPanel + half);
-    }
-    mean /= static_cast<float>(features);
-    along /= static_cast<float>(features);
-    const Vector scale = load(inverse_sigma + half);
-    for (int i = 0; i < features; ++i) {
-      const Vector d = gain[i] * load(norm_grad + i * kPanel + half);
-      const Vector n = load(normalized + i * kPanel + half);
-      store(grad + i * kPanel + half, scale * (d - mean - n * along));
-    }
+  const auto count = static_cast<float>(features);
+  PanelRow mean{}, along{};
+  for (int i = 0; i < features; ++i) {
+    const PanelRow from = row_of(norm_grad, i), n = row_of(normalized, i);
+    const Vector left = gain[i] * from.left, right = gain[i] * from.right;
+    mean.left += left;
+    mean.right += right;
+    along.left += left * n.left;
+    along.right += right * n.right;
+  }
+  mean.left /= count;
+  mean.right /= count;
+  along.left /= count;
+  along.right /= count;
+  const PanelRow scale = row_of(inverse_sigma, 0);
+  for (int i = 0; i < features; ++i) {
+    const PanelRow from = row_of(norm_grad, i), n = row_of(normalized, i);
+    const Vector left = gain[i] * from.left, right = gain[i] * from.right;
+    store_row(grad, i,
+              {scale.left * (left - mean.left - n.left * along.left),
+               scale.right * (right - mean.right - n.right * along.right)});
   }
 }
 

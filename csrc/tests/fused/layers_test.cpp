@@ -48,15 +48,15 @@ TEST("ReLU keeps what is positive, and NaN") {
   CHECK(std::isnan(column(x, 2)));
 }
 
-TEST("layer normalisation subtracts the mean of the features and divides by their deviation") {
+TEST("layer normalisation subtracts the mean, divides by the deviation, and ends in a ReLU") {
   // of 1 and 5: mean 3, σ = 2, so n = (−1, 1)
   std::vector<float> x = panel_of({1.0f, 5.0f}), normalized(2 * kPanel), inverse_sigma(kPanel);
   const float gain[] = {10.0f, 20.0f}, shift[] = {0.5f, 0.25f};
-  layer_norm_forward(gain, shift, 2, x.data(), normalized.data(), inverse_sigma.data());
+  layer_norm_relu_forward(gain, shift, 2, x.data(), normalized.data(), inverse_sigma.data());
   CHECK_NEAR(column(normalized, 0), -1.0, 1e-5);
   CHECK_NEAR(column(normalized, 1), 1.0, 1e-5);
   CHECK_NEAR(column(inverse_sigma, 0), 0.5, 1e-5);
-  CHECK_NEAR(column(x, 0), -9.5, 1e-4);
+  CHECK_EQUAL(column(x, 0), 0.0f);  // the ReLU of −9.5
   CHECK_NEAR(column(x, 1), 20.25, 1e-4);
 }
 
@@ -64,7 +64,7 @@ TEST("the gradient through layer normalisation has no part along 1 or along n") 
   std::vector<float> x = panel_of({1.0f, 2.0f, 4.0f, 9.0f});
   std::vector<float> normalized(4 * kPanel), inverse_sigma(kPanel), grad(4 * kPanel);
   const float gain[] = {1.0f, 1.0f, 1.0f, 1.0f}, shift[] = {0.0f, 0.0f, 0.0f, 0.0f};
-  layer_norm_forward(gain, shift, 4, x.data(), normalized.data(), inverse_sigma.data());
+  layer_norm_relu_forward(gain, shift, 4, x.data(), normalized.data(), inverse_sigma.data());
   const std::vector<float> norm_grad = panel_of({1.0f, -2.0f, 0.5f, 3.0f});
   layer_norm_backward(gain, 4, norm_grad.data(), normalized.data(), inverse_sigma.data(),
                       grad.data());
