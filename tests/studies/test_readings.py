@@ -41,7 +41,10 @@ def test_a_literal_reading_has_only_what_the_paper_says():
     assert config.replay.resave_threshold == 0.0
     assert config.replay.resaves == 10
     assert config.training.max_env_steps == 250_000
-    assert READINGS["literal-2.5e-4.ends.steps.above-0"].metric == "last_return"
+    literal = READINGS["literal-2.5e-4.ends.steps.above-0"]
+    assert literal.metric_of("best_return") == "last_return"
+    assert literal.metric_of("share_solved") == "last_share_solved"
+    assert literal.metric_of("area") == "area"
 
 
 def test_training_by_episodes_ends_after_three_hundred():
