@@ -2,7 +2,7 @@
 
 import gc
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +45,14 @@ hypothesis.settings.load_profile("touchdown")
 
 HIDDEN_SIZES = (16, 16)  # one network for all agents here: each new shape costs seconds to compile
 SPACES = Spaces(observation_size=5, num_actions=2)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _flush_nothing() -> Iterator[None]:
+    """No file of a test has to survive a power cut, and thousands of flushes take minutes."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(os, "fsync", lambda _descriptor: None)
+        yield
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -282,9 +282,12 @@ NOISY = {
 }
 
 
-@pytest.mark.parametrize("double", [True, False])
-@pytest.mark.parametrize("shape", NOISY.values(), ids=NOISY)
-def test_noisy_networks_have_the_noise_that_jax_draws(shape, double):
+@pytest.mark.parametrize(
+    ("name", "double"),
+    [("noisy", True), ("noisy, normalised, dueling", False), ("rainbow", True)],
+)
+def test_noisy_networks_have_the_noise_that_jax_draws(name, double):
+    shape = NOISY[name]
     config = Config(seed=7, network=shape, learning=learning(double=double, max_grad_norm=0.1))
     ours = FusedLearner(FusedNetwork(D, A, shape), config)
     twin = JaxLearner(QNetwork(D, A, shape), config)
