@@ -2,8 +2,6 @@
 // than a matrix product, its backward pass.
 #pragma once
 
-#include <cmath>
-
 #include "fused/network.hpp"
 #include "fused/panels.hpp"
 
@@ -38,12 +36,6 @@ inline void store_row(float* panel, int feature, const PanelRow& row) {
   store(panel + feature * kPanel + kWidth, row.right);
 }
 
-inline Vector inverse_root(Vector x) {
-  Vector roots;
-  for (int lane = 0; lane < kWidth; ++lane) roots[lane] = 1.0f / std::sqrt(x[lane]);
-  return roots;
-}
-
 // n = (x − mean)/σ over the features of each sample, then the ReLU of gain·n + shift, in place (Ba,
 // Kiros & Hinton, 2016). Stores n and 1/σ unless their pointers are null.
 //
@@ -67,8 +59,8 @@ inline void layer_norm_relu_forward(const float* gain, const float* shift, int f
     variance.left += left * left;
     variance.right += right * right;
   }
-  const PanelRow scale{inverse_root(variance.left / count + kNormEpsilon),
-                       inverse_root(variance.right / count + kNormEpsilon)};
+  const PanelRow scale{1.0f / square_root(variance.left / count + kNormEpsilon),
+                       1.0f / square_root(variance.right / count + kNormEpsilon)};
   if (inverse_sigma) store_row(inverse_sigma, 0, scale);
   for (int i = 0; i < features; ++i) {
     const PanelRow row = row_of(x, i);

@@ -1,6 +1,5 @@
 #include "fused/noise.hpp"
 
-#include <bit>
 #include <cstddef>
 
 #include "fused/kernel.hpp"
@@ -8,18 +7,8 @@
 namespace touchdown::fused {
 
 Key derived(Key key, std::uint64_t number) {
-  constexpr int rotations[2][4] = {{13, 15, 26, 6}, {17, 29, 16, 24}};
-  const std::uint32_t keys[3] = {key.first, key.second, key.first ^ key.second ^ kThreefryParity};
-  std::uint32_t first = static_cast<std::uint32_t>(number >> 32) + keys[0];
-  std::uint32_t second = static_cast<std::uint32_t>(number) + keys[1];
-  for (std::uint32_t group = 0; group < 5; ++group) {
-    for (const int bits : rotations[group % 2]) {
-      first += second;
-      second = std::rotl(second, bits) ^ first;
-    }
-    first += keys[(group + 1) % 3];
-    second += keys[(group + 2) % 3] + group + 1;
-  }
+  const auto [first, second] =
+      threefry(key, static_cast<std::uint32_t>(number >> 32), static_cast<std::uint32_t>(number));
   return {first, second};
 }
 

@@ -4,20 +4,38 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 
 #include "fused/network.hpp"
 
 namespace touchdown::fused {
-
-inline constexpr std::uint32_t kThreefryParity = 0x1BD11BDA;
 
 struct Key {
   std::uint32_t first = 0;
   std::uint32_t second = 0;
 };
 
-// One of the keys that follow from a key: two words of Threefry-2x32 (Salmon et al., 2011). Both
-// `jax.random.fold_in` and `jax.random.split` give this one.
+// Threefry-2x32 (Salmon et al., 2011) of two words, or of two vectors of them.
+template <typename Word>
+inline std::pair<Word, Word> threefry(Key key, Word first, Word second) {
+  constexpr int rotations[2][4] = {{13, 15, 26, 6}, {17, 29, 16, 24}};
+  constexpr std::uint32_t parity = 0x1BD11BDA;
+  const std::uint32_t keys[3] = {key.first, key.second, key.first ^ key.second ^ parity};
+  first += keys[0];
+  second += keys[1];
+  for (std::uint32_t group = 0; group < 5; ++group) {
+    for (const int bits : rotations[group % 2]) {
+      first += second;
+      second = (second << bits | second >> (32 - bits)) ^ first;
+    }
+    first += keys[(group + 1) % 3];
+    second += keys[(group + 2) % 3] + group + 1;
+  }
+  return {first, second};
+}
+
+// One of the keys that follow from a key. Both `jax.random.fold_in` and `jax.random.split` give
+// this one.
 Key derived(Key key, std::uint64_t number);
 
 // Where a noisy network's samples come from; touchdown.agents.learners.noise.NoiseSource.

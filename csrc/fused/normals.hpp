@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -14,23 +13,6 @@ namespace touchdown::fused {
 namespace TOUCHDOWN_KERNEL {
 
 typedef std::uint32_t Words __attribute__((vector_size(kWidth * 4), may_alias));
-
-// Threefry-2x32 (Salmon et al., 2011) of the numbers, with the exclusive or of its two words.
-inline Words random_bits(Key key, Words number) {
-  constexpr int rotations[2][4] = {{13, 15, 26, 6}, {17, 29, 16, 24}};
-  const std::uint32_t keys[3] = {key.first, key.second, key.first ^ key.second ^ kThreefryParity};
-  Words first = Words{} + keys[0];  // of numbers below 2³², the upper word is 0
-  Words second = number + keys[1];
-  for (std::uint32_t group = 0; group < 5; ++group) {
-    for (const int bits : rotations[group % 2]) {
-      first += second;
-      second = (second << bits | second >> (32 - bits)) ^ first;
-    }
-    first += keys[(group + 1) % 3];
-    second += keys[(group + 2) % 3] + group + 1;
-  }
-  return first ^ second;
-}
 
 // The natural logarithm of normal numbers above 0, to about 1e-7.
 //
@@ -49,13 +31,6 @@ inline Vector logarithm(Vector x) {
   sum = sum * square + 2.0f / 3.0f;
   sum = sum * square + 2.0f;
   return __builtin_convertvector(n, Vector) * ln2 + sum * s;
-}
-
-inline Vector square_root(Vector x) {
-  std::array<float, kWidth> roots;
-  std::memcpy(roots.data(), &x, sizeof x);
-  for (float& root : roots) root = std::sqrt(root);
-  return load(roots.data());
 }
 
 inline Vector polynomial(const std::array<float, 9>& coefficients, Vector at) {
@@ -86,8 +61,9 @@ inline void scaled_normals(Key key, std::size_t count, float* scaled) {
   Words number;
   for (int lane = 0; lane < kWidth; ++lane) number[lane] = static_cast<std::uint32_t>(lane);
   for (std::size_t first = 0; first < count; first += kWidth, number += kWidth) {
+    const auto [upper, lower] = threefry(key, Words{}, number);  // numbers are below 2³²
     // 23 random bits behind the exponent of 1 are a number from 1 to 2
-    const Words mantissa = random_bits(key, number) >> 9 | 0x3f800000u;
+    const Words mantissa = (upper ^ lower) >> 9 | 0x3f800000u;
     const Vector share = reinterpret_cast<Vector>(mantissa) - 1.0f;
     Vector x = share * (1.0f - least) + least;
     x = x < least ? broadcast(least) : x;

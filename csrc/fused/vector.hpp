@@ -1,6 +1,7 @@
 // Vectors of the kernel's instruction set.
 #pragma once
 
+#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -60,6 +61,11 @@ inline void transpose(Vector* rows) {
     rows[i + kBit] = exchanged<kBit, true>(a, b, lanes);
   }
   if constexpr (kBit > 1) transpose<kBit / 2>(rows);
+}
+
+inline Vector square_root(Vector x) {
+  for (int lane = 0; lane < kWidth; ++lane) x[lane] = std::sqrt(x[lane]);
+  return x;
 }
 
 // The sum of a vector's elements.

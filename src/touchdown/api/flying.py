@@ -42,9 +42,9 @@ def evaluate(
         seed: environment seed of the first start; the others have the following seeds.
             Seeds below 1,000,000 are test starts.
         env_id: the environment for `random` and for a file of another library that does not name
-            one. Other policies name theirs and refuse another, but a policy
-            for the lander acts in any of its variants. An id, an environment, or a
-            function that makes one; None is LunarLander-v3.
+            one. Other policies name theirs and refuse another, but a policy for the lander acts in
+            any of its variants. An id, an environment, or a function that makes one; None is
+            LunarLander-v3.
         runs_dir: folder of the runs.
         vecnormalize: for a Stable-Baselines3 `.zip`: the file that `VecNormalize.save` wrote, or
             `none` if observations were not normalised in training. With None, the archive tells.
@@ -87,9 +87,9 @@ def fly(
         out: a `.gif` or `.mp4` file to write, or `window` to watch it live; None makes no film.
         force: whether to replace an existing file.
         env_id: the environment for `random` and for a file of another library that does not name
-            one. Other policies name theirs and refuse another, but a policy
-            for the lander acts in any of its variants. An id, an environment, or a
-            function that makes one; None is LunarLander-v3.
+            one. Other policies name theirs and refuse another, but a policy for the lander acts in
+            any of its variants. An id, an environment, or a function that makes one; None is
+            LunarLander-v3.
         runs_dir: folder of the runs.
         vecnormalize: for a Stable-Baselines3 `.zip`: the file that `VecNormalize.save` wrote, or
             `none` if observations were not normalised in training. With None, the archive tells.

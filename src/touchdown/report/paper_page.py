@@ -6,7 +6,7 @@ from pathlib import Path
 from touchdown.core import files
 from touchdown.evaluation.evaluation import read_evaluations
 from touchdown.report import alike_section, pid_section
-from touchdown.report.builder import STEPS, Builder
+from touchdown.report.builder import Builder
 from touchdown.report.csv_tables import claim_table, level_table, run_tables
 from touchdown.report.output import PAGE, Report, write_report
 from touchdown.report.page import Page, Section
@@ -81,8 +81,7 @@ def write_paper_report(
         for topic in wanted:
             made = _section_of(builder, topic, found, others, store)
             if made is None or topic.study is None or topic.name == "alike":
-                for _ in range(STEPS):  # a section of another kind, or none
-                    on_step(topic.name)
+                builder.all_steps(topic.name)
             if made is not None:
                 decisions[topic.name], section = made
                 sections.append(section)

@@ -11,7 +11,7 @@ from touchdown.core.types import FloatArray
 from touchdown.figures import style
 from touchdown.figures.sensitivity import draw_sensitivity
 from touchdown.report import tables
-from touchdown.report.builder import STEPS, Builder, gaps
+from touchdown.report.builder import Builder, gaps
 from touchdown.report.page import Picture, Section, Table
 from touchdown.stats.sensitivity import FEWEST_SEEDS, Sensitivity, normalised, sensitivity_of
 from touchdown.studies.changes import by_dotted_name
@@ -49,8 +49,7 @@ def sensitivity_section(
     study = results.study
     stem = builder.figures / study.name
     found = _read(results, metric)
-    for _ in range(STEPS):
-        builder.step(study.name)
+    builder.all_steps(study.name)
     pictures, shown = (), ()
     if found.of:
         lead = _EXPLAINED
